@@ -1,0 +1,51 @@
+/**
+ * @file file.h
+ * Whole files in, atomic files out: a kill leaves the old file or the new one.
+ */
+#ifndef PBNDS_ENGINE_CORE_FILE_H
+#define PBNDS_ENGINE_CORE_FILE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "engine/core/error.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Reads a whole file of at most max_bytes. *data is malloc'd (with one extra zero byte
+ *  behind it) and the caller's to free(). A folder, a missing or unreadable file is
+ *  PBNDS_ERROR_IO; one too large is PBNDS_ERROR_MEMORY. */
+enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **data,
+                                  size_t *size, struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** A file being written under a temporary name in the folder of its final one. */
+struct pbnds_file_writer {
+    char *path; /**< final name, owned      */
+    char *temp; /**< temporary name, owned; third-party writers may open it by name */
+};
+
+/** Creates the temporary file (empty). Fails early where the folder cannot be written. */
+enum pbnds_status pbnds_file_begin(struct pbnds_file_writer *w, const char *path,
+                                   struct pbnds_error *error) PBNDS_NODISCARD;
+/** Syncs the temporary file and renames it to its final name. On failure it is removed.
+ *  The writer is empty afterwards. */
+enum pbnds_status pbnds_file_commit(struct pbnds_file_writer *w,
+                                    struct pbnds_error *error) PBNDS_NODISCARD;
+/** Removes the temporary file. Safe on an empty (zeroed) or committed writer. */
+void pbnds_file_abort(struct pbnds_file_writer *w);
+
+/** begin + write + commit. */
+enum pbnds_status pbnds_file_write(const char *path, const void *data, size_t size,
+                                   struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** mkdir -p. */
+enum pbnds_status pbnds_make_folder(const char *path,
+                                    struct pbnds_error *error) PBNDS_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_ENGINE_CORE_FILE_H */

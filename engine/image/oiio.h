@@ -1,0 +1,49 @@
+/**
+ * @file oiio.h
+ * Foreign images through OpenImageIO: textures, light maps, previews. The only door to
+ * that library; its limits are set here (formats restricted to PNG, JPEG, Radiance HDR,
+ * OpenEXR and, for textures, WebP; at most 16384 x 16384; at most 1 GiB decoded).
+ */
+#ifndef PBNDS_ENGINE_IMAGE_OIIO_H
+#define PBNDS_ENGINE_IMAGE_OIIO_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "engine/image/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Pixels as stored: no colour conversion, no premultiplication, RGBA 8 bit or float. */
+struct pbnds_pixels {
+    int width, height;
+    int channels;   /**< always 4; grey is replicated, missing alpha is 1       */
+    uint8_t *u8;    /**< 8-bit sources; else NULL                               */
+    float *f32;     /**< 16-bit and float sources (integers scaled to [0, 1])   */
+};
+
+/** Decodes an image file held in memory (PNG, JPEG, WebP, ...). `name` is for messages.
+ *  Errors: FORMAT (damaged, 0x0), UNSUPPORTED (format), MEMORY. */
+enum pbnds_status pbnds_pixels_decode(const void *bytes, size_t size, const char *name,
+                                      struct pbnds_pixels *pixels,
+                                      struct pbnds_error *error) PBNDS_NODISCARD;
+void pbnds_pixels_free(struct pbnds_pixels *pixels);
+
+/** Reads a light map or picture as 3-channel float, as stored (linear for HDR and EXR; an
+ *  8-bit picture is decoded from sRGB to linear). NaN, infinity and negatives are
+ *  replaced: NaN and negative by 0, +inf by the largest finite value of the file.
+ *  Errors: IO, FORMAT, UNSUPPORTED, MEMORY. */
+enum pbnds_status pbnds_image_read_rgb(const char *path, struct pbnds_image *image,
+                                       struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** Writes an 8-bit PNG of 1, 3 or 4 channels, display-encoded values in [0, 1] (rounded,
+ *  clamped, no dithering), atomically. */
+enum pbnds_status pbnds_png_write(const char *path, const struct pbnds_image *image,
+                                  struct pbnds_error *error) PBNDS_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_ENGINE_IMAGE_OIIO_H */

@@ -1,0 +1,49 @@
+/**
+ * @file accel.h
+ * The BVH: Embree 3 behind a small interface (accel.c is the only file that includes it).
+ * Alpha MASK materials are cut out by an intersection filter. Queries are thread-safe.
+ */
+#ifndef PBNDS_ENGINE_SCENE_ACCEL_H
+#define PBNDS_ENGINE_SCENE_ACCEL_H
+
+#include <stdbool.h>
+
+#include "engine/scene/scene.h"
+
+struct pbnds_accel; /* opaque; borrows the scene, which must outlive it */
+
+enum { PBNDS_PACKET = 16 };
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Errors: MEMORY, BACKEND. A scene without triangles is fine: every ray misses. */
+enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
+                                     struct pbnds_accel **accel,
+                                     struct pbnds_error *error) PBNDS_NODISCARD;
+void pbnds_accel_free(struct pbnds_accel *accel);
+
+/** Closest hit with t in (0, inf). hit->mesh is UINT32_MAX on a miss. */
+void pbnds_accel_intersect(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
+                           struct pbnds_hit *hit);
+/** Is anything in (0, max_t)? max_t may be INFINITY. */
+bool pbnds_accel_occluded(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
+                          float max_t);
+/** The same for `count` <= PBNDS_PACKET coherent rays at once. */
+void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
+                                  const struct pbnds_ray *rays, int count,
+                                  struct pbnds_hit *hits);
+void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,
+                                 const struct pbnds_ray *rays, int count, float max_t,
+                                 bool *occluded);
+
+/** Start of a secondary ray: p moved off the surface along ng (which must face the new
+ *  direction's side) by an amount scaled to float precision. Waechter and Binder 2019, "A
+ *  Fast and Robust Method for Avoiding Self-Intersection". */
+struct pbnds_vec3 pbnds_offset_origin(struct pbnds_vec3 p, struct pbnds_vec3 ng);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_ENGINE_SCENE_ACCEL_H */

@@ -1,0 +1,30 @@
+/**
+ * @file gltf.h
+ * glTF 2.0 (.gltf with its files, .glb) to a scene.
+ *
+ * Trusts nothing: every index, offset and count is checked in 64 bits before use; files
+ * are looked for below the folder of the .gltf only (no absolute path, no .., no scheme
+ * but data:); images are capped (oiio.h). Vertices must be finite.
+ */
+#ifndef PBNDS_ENGINE_SCENE_GLTF_H
+#define PBNDS_ENGINE_SCENE_GLTF_H
+
+#include "engine/core/report.h"
+#include "engine/scene/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Loads the default scene. What is skipped (points, lines, unknown extensions that are not
+ *  required, ...) is told through report->warn. `scene` is empty on failure.
+ *  Errors: IO (missing, unreadable), FORMAT (not glTF, truncated, index out of range, NaN
+ *  vertex, damaged image), UNSUPPORTED (required extension), MEMORY. */
+enum pbnds_status pbnds_gltf_load(const char *path, const struct pbnds_report *report,
+                                  struct pbnds_scene *scene,
+                                  struct pbnds_error *error) PBNDS_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_ENGINE_SCENE_GLTF_H */

@@ -1,0 +1,105 @@
+/**
+ * @file gbuffer.h
+ * What the primary rays hit, one entry a pixel: the contract between the ray caster, the
+ * shading passes, files, and everyone who makes G-buffers elsewhere.
+ *
+ * Planar, row-major, row 0 on top. A pixel whose ray hit nothing has depth = +INFINITY,
+ * coverage 0 and zeros elsewhere. In memory normals and positions are world space; files
+ * hold camera-space normals by default and say so (attribute pbnds:normalSpace).
+ */
+#ifndef PBNDS_ENGINE_SHADE_GBUFFER_H
+#define PBNDS_ENGINE_SHADE_GBUFFER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "engine/core/report.h"
+#include "engine/image/exr.h"
+#include "engine/scene/accel.h"
+
+#define PBNDS_GBUFFER_CONTRACT 1
+
+/** Channels a shader may ask for. */
+enum pbnds_channel {
+    PBNDS_CHANNEL_ALBEDO = 1u << 0,
+    PBNDS_CHANNEL_NORMAL = 1u << 1,
+    PBNDS_CHANNEL_SPECULAR = 1u << 2,
+    PBNDS_CHANNEL_ROUGHNESS = 1u << 3,
+    PBNDS_CHANNEL_DEPTH = 1u << 4,
+    PBNDS_CHANNEL_METALLIC = 1u << 5,
+    PBNDS_CHANNEL_POSITION = 1u << 6,
+    PBNDS_CHANNEL_EMISSION = 1u << 7,
+};
+
+struct pbnds_gbuffer {
+    int width, height;
+    struct pbnds_camera camera;
+    float *albedo[3];   /**< base colour, linear Rec. 709, [0, 1]                          */
+    float *normal[3];   /**< unit shading normal, world, faces the eye                     */
+    float *specular;    /**< reflectance at normal incidence, luminance of f0, [0, 1]      */
+    float *roughness;   /**< perceptual, [0, 1]; alpha = roughness^2                       */
+    float *metallic;    /**< [0, 1]                                                        */
+    float *depth;       /**< planar: distance along the view axis, metres; +inf: nothing   */
+    float *coverage;    /**< 1 where something was hit, else 0                             */
+    float *position[3]; /**< world, metres                                                 */
+    float *emission[3]; /**< radiance that the surface emits, linear Rec. 709              */
+    float *geometric_normal[3]; /**< unit face normal, world, faces the eye; not in files:
+                                     rebuilt from `normal` there                           */
+    uint32_t *object_id; /**< glTF node index; UINT32_MAX where nothing was hit            */
+    void *storage;       /**< the one allocation that all planes point into, owned         */
+};
+
+/** Where a file came from: its header attributes beside the camera. */
+struct pbnds_gbuffer_origin {
+    char env[256];       /**< light map file name, or ""                                   */
+    float env_yaw_deg, env_strength;
+    char env_convention[16];
+    uint64_t seed;
+    char arguments[400]; /**< the command line                                             */
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum pbnds_status pbnds_gbuffer_init(struct pbnds_gbuffer *gbuffer, int width, int height,
+                                     struct pbnds_error *error) PBNDS_NODISCARD;
+void pbnds_gbuffer_free(struct pbnds_gbuffer *gbuffer);
+
+/** Casts one ray through each pixel centre, by packets in tiles, multi-threaded.
+ *  Allocates the planes. Errors: MEMORY, INTERRUPTED. */
+enum pbnds_status pbnds_gbuffer_raycast(const struct pbnds_scene *scene,
+                                        const struct pbnds_accel *accel,
+                                        const struct pbnds_camera *camera, int width,
+                                        int height, struct pbnds_gbuffer *gbuffer,
+                                        struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** Writes the contract's channels and attributes; `radiance` (3-channel, linear, or NULL)
+ *  joins as R, G, B with A = coverage; `extra` are further channels (borrowed) such as a
+ *  data set's targets. */
+enum pbnds_status pbnds_gbuffer_write(const char *path, const struct pbnds_gbuffer *gbuffer,
+                                      const struct pbnds_gbuffer_origin *origin,
+                                      const struct pbnds_image *radiance,
+                                      const struct pbnds_exr_channel *extra, int extra_count,
+                                      enum pbnds_exr_compression compression,
+                                      struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** Reads a G-buffer of ours. Required: albedo.*, normal.*, Z and roughness.R; the rest gets
+ *  its default when absent (specular 0.04, metallic 0, coverage from Z, position from Z and
+ *  the camera, emission 0). A file without our camera attributes gets a camera at the origin
+ *  of 40 degrees vertical field of view. `origin`, `radiance` may be NULL; radiance is
+ *  left empty where the file has no R, G, B. `exr` (or NULL) receives the raw file for extra
+ *  channels and is the caller's to free.
+ *  Errors: IO, FORMAT (the sentence names the missing channels; NaN), UNSUPPORTED. */
+enum pbnds_status pbnds_gbuffer_read(const char *path, struct pbnds_gbuffer *gbuffer,
+                                     struct pbnds_gbuffer_origin *origin,
+                                     struct pbnds_image *radiance, struct pbnds_exr *exr,
+                                     struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** Unit vector from the pixel's surface to the eye, world. */
+struct pbnds_vec3 pbnds_gbuffer_wo(const struct pbnds_gbuffer *gbuffer, int x, int y);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_ENGINE_SHADE_GBUFFER_H */

@@ -1,0 +1,22 @@
+# Fails when a file includes or calls what its layer must not.
+cmake_minimum_required(VERSION 3.25)
+get_filename_component(root ${CMAKE_CURRENT_LIST_DIR} DIRECTORY)
+
+function(forbid pattern where except)
+    file(GLOB_RECURSE files ${root}/${where}/*.c ${root}/${where}/*.h ${root}/${where}/*.cpp)
+    foreach(file IN LISTS files)
+        file(RELATIVE_PATH name ${root} ${file})
+        file(STRINGS ${file} hits REGEX "${pattern}")
+        if(hits AND NOT name MATCHES "${except}")
+            message(SEND_ERROR "${name}: '${hits}' is not allowed here")
+        endif()
+    endforeach()
+endfunction()
+
+forbid("#include \"neural/" engine "^$")
+forbid("#include <embree" engine "^engine/scene/accel\\.[ch]$")
+forbid("#include <(oneapi/dnnl/)?dnnl" neural "^neural/backend/dnn\\.[ch]$")
+forbid("#include <(OpenEXR/)?openexr" engine "^engine/image/exr\\.c$")
+forbid("#include [<\"](.*/)?tiny_gltf" engine "^engine/scene/gltf_shim\\.cpp$")
+forbid("[^a-z_](exit|abort|printf|puts) ?\\(" engine "^$")
+forbid("[^a-z_](exit|abort|printf|puts) ?\\(" neural "^$")
