@@ -18,7 +18,7 @@ enum { PBNDS_PACKET = 16 };
 extern "C" {
 #endif
 
-/** Errors: MEMORY, BACKEND. A scene without triangles is fine: every ray misses. */
+/** Errors: MEMORY, BACKEND, ARGUMENT (an index past the vertices of its mesh). A scene without triangles is fine: every ray misses. */
 enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
                                      struct pbnds_accel **accel,
                                      struct pbnds_error *error) PBNDS_NODISCARD;

@@ -22,10 +22,23 @@ struct pbnds_ray {
     struct pbnds_vec3 origin, direction; /**< direction is unit */
 };
 
+/** A camera and an image size with the trigonometry done: for loops over pixels. */
+struct pbnds_camera_view {
+    struct pbnds_vec3 eye, right, up, forward; /**< world; axes are unit          */
+    float center_x, center_y;                  /**< middle of the image, pixels   */
+    float pixel;       /**< side of a pixel: metres, at depth 1 when perspective  */
+    bool orthographic;
+};
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
+struct pbnds_camera_view pbnds_camera_view(const struct pbnds_camera *camera, int width,
+                                           int height);
+/** pbnds_camera_ray() with the view worked out before; the very same bits. */
+struct pbnds_ray pbnds_camera_view_ray(const struct pbnds_camera_view *view, float x,
+                                       float y);
 /** Ray through image position (x, y) in pixels, e.g. (0.5, 0.5) for the first pixel. */
 struct pbnds_ray pbnds_camera_ray(const struct pbnds_camera *camera, int width, int height,
                                   float x, float y);

@@ -99,7 +99,10 @@ void pbnds_scene_free(struct pbnds_scene *scene);
  *  one-sided materials are seen as if double sided (the ray hit them all the same). */
 void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit *hit,
                          struct pbnds_vec3 wo, struct pbnds_surface *surface);
-/** Alpha only, for intersection filters. */
+/** The contract's "faces the eye": n, or, where it looks away from wo, n turned toward wo
+ *  by the smallest angle that makes dot(n, wo) slightly positive. Both are unit. */
+struct pbnds_vec3 pbnds_face_eye(struct pbnds_vec3 n, struct pbnds_vec3 wo);
+/** Alpha only, for intersection filters; 1 for opaque materials. */
 float pbnds_scene_alpha(const struct pbnds_scene *scene, const struct pbnds_hit *hit);
 
 #ifdef __cplusplus

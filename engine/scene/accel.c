@@ -1,0 +1,368 @@
+/*
+ * Embree 3 behind accel.h. Debian's build of it keeps its assertions: a ray that
+ * upstream would merely answer wrongly ends the process. So every ray is checked before
+ * it goes in, and the lanes that are not used hold a finite dummy.
+ */
+#include "engine/scene/accel.h"
+
+#include <embree3/rtcore.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "engine/core/parallel.h"
+
+/* Embree takes coordinates below 1.84e18 (FLT_LARGE, the root of the float range). */
+#define LARGEST_COORDINATE 1e18f
+
+/* What the alpha filter of one mesh needs. */
+struct cutout {
+    const struct pbnds_scene *scene;
+    uint32_t mesh;
+    float cutoff;
+};
+
+struct pbnds_accel {
+    RTCDevice device;
+    RTCScene scene;
+    struct cutout *cutouts; /* one a mesh; only those of filtered meshes are used */
+    char fault[256];        /* Embree's own words on its first error */
+    enum RTCError code;
+};
+
+/* Queries. */
+
+static bool usable(const struct pbnds_ray *ray)
+{
+    /* Written so that NaN is refused. */
+    return fabsf(ray->origin.x) <= LARGEST_COORDINATE &&
+           fabsf(ray->origin.y) <= LARGEST_COORDINATE &&
+           fabsf(ray->origin.z) <= LARGEST_COORDINATE &&
+           fabsf(ray->direction.x) <= LARGEST_COORDINATE &&
+           fabsf(ray->direction.y) <= LARGEST_COORDINATE &&
+           fabsf(ray->direction.z) <= LARGEST_COORDINATE;
+}
+
+static void fill_ray(struct RTCRay *out, const struct pbnds_ray *ray, float max_t)
+{
+    out->org_x = ray->origin.x;
+    out->org_y = ray->origin.y;
+    out->org_z = ray->origin.z;
+    out->tnear = 0.0f;
+    out->dir_x = ray->direction.x;
+    out->dir_y = ray->direction.y;
+    out->dir_z = ray->direction.z;
+    out->time = 0.0f;
+    out->tfar = max_t;
+    out->mask = ~0u;
+    out->id = 0;
+    out->flags = 0;
+}
+
+/* Fills sixteen lanes, and valid[] with -1 where the lane holds a ray to trace. */
+static void fill_packet(struct RTCRay16 *out, int *valid, const struct pbnds_ray *rays,
+                        int count, float max_t)
+{
+    for (int i = 0; i < PBNDS_PACKET; ++i) {
+        const bool used = i < count && usable(&rays[i]);
+        static const struct pbnds_ray dummy = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
+        const struct pbnds_ray *ray = used ? &rays[i] : &dummy;
+        valid[i] = used ? -1 : 0;
+        out->org_x[i] = ray->origin.x;
+        out->org_y[i] = ray->origin.y;
+        out->org_z[i] = ray->origin.z;
+        out->dir_x[i] = ray->direction.x;
+        out->dir_y[i] = ray->direction.y;
+        out->dir_z[i] = ray->direction.z;
+    }
+    for (int i = 0; i < PBNDS_PACKET; ++i) {
+        out->tnear[i] = 0.0f;
+        out->time[i] = 0.0f;
+        out->tfar[i] = max_t;
+        out->mask[i] = ~0u;
+        out->id[i] = 0;
+        out->flags[i] = 0;
+    }
+}
+
+static const struct pbnds_hit miss = {INFINITY, 0.0f, 0.0f, UINT32_MAX, UINT32_MAX};
+
+void pbnds_accel_intersect(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
+                           struct pbnds_hit *hit)
+{
+    *hit = miss;
+    if (!usable(ray)) return;
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    struct RTCRayHit query;
+    fill_ray(&query.ray, ray, INFINITY);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.primID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(accel->scene, &context, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
+    hit->t = query.ray.tfar;
+    hit->u = query.hit.u;
+    hit->v = query.hit.v;
+    hit->mesh = query.hit.geomID;
+    hit->triangle = query.hit.primID;
+}
+
+bool pbnds_accel_occluded(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
+                          float max_t)
+{
+    if (!usable(ray) || !(max_t > 0.0f)) return false;
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    struct RTCRay query;
+    fill_ray(&query, ray, max_t);
+    rtcOccluded1(accel->scene, &context, &query);
+    return query.tfar < 0.0f; /* Embree says so with -inf */
+}
+
+void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
+                                  const struct pbnds_ray *rays, int count,
+                                  struct pbnds_hit *hits)
+{
+    struct RTCRayHit16 query;
+    int valid[PBNDS_PACKET] __attribute__((aligned(64)));
+    fill_packet(&query.ray, valid, rays, count, INFINITY);
+    for (int i = 0; i < PBNDS_PACKET; ++i) {
+        query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        query.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
+        query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, accel->scene, &context, &query);
+    for (int i = 0; i < count && i < PBNDS_PACKET; ++i) {
+        if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+            hits[i] = miss;
+        } else {
+            hits[i] =
+                (struct pbnds_hit){query.ray.tfar[i], query.hit.u[i], query.hit.v[i],
+                                   query.hit.geomID[i], query.hit.primID[i]};
+        }
+    }
+}
+
+void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,
+                                 const struct pbnds_ray *rays, int count, float max_t,
+                                 bool *occluded)
+{
+    if (!(max_t > 0.0f)) {
+        for (int i = 0; i < count && i < PBNDS_PACKET; ++i)
+            occluded[i] = false;
+        return;
+    }
+    struct RTCRay16 query;
+    int valid[PBNDS_PACKET] __attribute__((aligned(64)));
+    fill_packet(&query, valid, rays, count, max_t);
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcOccluded16(valid, accel->scene, &context, &query);
+    for (int i = 0; i < count && i < PBNDS_PACKET; ++i) {
+        occluded[i] = valid[i] && query.tfar[i] < 0.0f;
+    }
+}
+
+/* Called for every candidate hit of a mesh with cut-outs; refuses the transparent ones.
+ */
+static void alpha_filter(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct cutout *cutout = args->geometryUserPtr;
+    /* RTCHitN is Ng_x, Ng_y, Ng_z, u, v, primID, ...: N values each. Embree has names
+     * for them in C++ only. */
+    const float *u = (const float *)(const void *)args->hit + 3 * (size_t)args->N;
+    const float *v = u + args->N;
+    const unsigned *triangle = (const unsigned *)(const void *)(v + args->N);
+    for (unsigned i = 0; i < args->N; ++i) {
+        if (!args->valid[i]) continue;
+        struct pbnds_hit hit;
+        hit.t = 0.0f;
+        hit.u = u[i];
+        hit.v = v[i];
+        hit.mesh = cutout->mesh;
+        hit.triangle = triangle[i];
+        if (!(pbnds_scene_alpha(cutout->scene, &hit) >= cutout->cutoff))
+            args->valid[i] = 0;
+    }
+}
+
+/* Building. */
+
+static void note_fault(void *user, enum RTCError code, const char *text)
+{
+    struct pbnds_accel *accel = user;
+    if (accel->code != RTC_ERROR_NONE) return; /* the first one is the cause */
+    accel->code = code;
+    snprintf(accel->fault, sizeof accel->fault, "%s", text ? text : "");
+}
+
+static enum pbnds_status fail_embree(const struct pbnds_accel *accel, const char *step,
+                                     struct pbnds_error *error)
+{
+    if (accel->code == RTC_ERROR_OUT_OF_MEMORY) {
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY,
+                          "Embree ran out of memory while it %s; use a smaller scene",
+                          step);
+    }
+    return pbnds_fail(error, PBNDS_ERROR_BACKEND,
+                      "Embree failed while it %s: error %d, %s", step, (int)accel->code,
+                      accel->fault[0] ? accel->fault : "no reason given");
+}
+
+/* Is alpha below the cutoff possible anywhere on the mesh? */
+static bool needs_filter(const struct pbnds_mesh *mesh, const struct pbnds_material *m,
+                         float cutoff)
+{
+    if (m->alpha_mode == PBNDS_ALPHA_OPAQUE) return false;
+    return mesh->color || m->base_color_texture.texture >= 0 ||
+           !(m->base_color.w >= cutoff);
+}
+
+static enum pbnds_status check_mesh(const struct pbnds_mesh *mesh,
+                                    struct pbnds_error *error)
+{
+    if (mesh->vertex_count > UINT32_MAX || mesh->triangle_count > UINT32_MAX / 3) {
+        return pbnds_fail(
+            error, PBNDS_ERROR_ARGUMENT,
+            "mesh \"%s\": %zu triangles of %zu vertices are more than the "
+            "ray caster can hold; split the mesh",
+            mesh->name, mesh->triangle_count, mesh->vertex_count);
+    }
+    for (size_t i = 0; i < 3 * mesh->triangle_count; ++i) {
+        if (mesh->index[i] < mesh->vertex_count) continue;
+        return pbnds_fail(
+            error, PBNDS_ERROR_ARGUMENT,
+            "mesh \"%s\": index %zu is %lu, past its %zu vertices; the mesh "
+            "is damaged",
+            mesh->name, i, (unsigned long)mesh->index[i], mesh->vertex_count);
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status add_mesh(struct pbnds_accel *accel,
+                                  const struct pbnds_scene *scene, uint32_t id,
+                                  struct pbnds_error *error)
+{
+    const struct pbnds_mesh *mesh = &scene->meshes[id];
+    if (mesh->triangle_count == 0) return PBNDS_OK;
+    PBNDS_TRY(check_mesh(mesh, error));
+
+    const RTCGeometry geometry =
+        rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (!geometry) return fail_embree(accel, "made a geometry", error);
+    /* A copy, because Embree reads sixteen bytes from each twelve-byte vertex; it pads
+     * its own buffers for that. Indices may be shared. */
+    struct pbnds_vec3 *vertices =
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                sizeof *vertices, mesh->vertex_count);
+    if (vertices) {
+        memcpy(vertices, mesh->position, mesh->vertex_count * sizeof *vertices);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   mesh->index, 0, 3 * sizeof *mesh->index,
+                                   mesh->triangle_count);
+        const struct pbnds_material *m = &scene->materials[mesh->material];
+        struct cutout *cutout = &accel->cutouts[id];
+        cutout->scene = scene;
+        cutout->mesh = id;
+        cutout->cutoff = m->alpha_mode == PBNDS_ALPHA_MASK ? m->alpha_cutoff : 0.5f;
+        if (needs_filter(mesh, m, cutout->cutoff)) {
+            rtcSetGeometryUserData(geometry, cutout);
+            rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
+            rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(accel->scene, geometry, id);
+    }
+    rtcReleaseGeometry(geometry); /* the scene holds it now */
+    if (!vertices || accel->code != RTC_ERROR_NONE) {
+        return fail_embree(accel, "took in a mesh", error);
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status build(struct pbnds_accel *accel,
+                               const struct pbnds_scene *scene,
+                               struct pbnds_error *error)
+{
+    char config[32];
+    snprintf(config, sizeof config, "threads=%d", pbnds_threads());
+    accel->device = rtcNewDevice(config);
+    if (!accel->device) {
+        accel->code = rtcGetDeviceError(NULL);
+        return fail_embree(accel, "started", error);
+    }
+    rtcSetDeviceErrorFunction(accel->device, note_fault, accel);
+    accel->scene = rtcNewScene(accel->device);
+    if (!accel->scene) return fail_embree(accel, "made a scene", error);
+    /* Robust: no ray slips through the edge that two triangles share. */
+    rtcSetSceneFlags(accel->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(accel->scene, RTC_BUILD_QUALITY_MEDIUM);
+    for (int i = 0; i < scene->mesh_count; ++i) {
+        PBNDS_TRY(add_mesh(accel, scene, (uint32_t)i, error));
+    }
+    rtcCommitScene(accel->scene);
+    if (accel->code != RTC_ERROR_NONE)
+        return fail_embree(accel, "built the tree", error);
+    return PBNDS_OK;
+}
+
+enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
+                                     struct pbnds_accel **accel,
+                                     struct pbnds_error *error)
+{
+    *accel = NULL;
+    struct pbnds_accel *made = calloc(1, sizeof *made);
+    if (!made)
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "the ray caster: out of memory");
+    const size_t count = scene->mesh_count > 0 ? (size_t)scene->mesh_count : 1;
+    made->cutouts = calloc(count, sizeof *made->cutouts);
+    enum pbnds_status status =
+        made->cutouts
+            ? build(made, scene, error)
+            : pbnds_fail(error, PBNDS_ERROR_MEMORY,
+                         "the ray caster: out of memory for %zu meshes", count);
+    if (status != PBNDS_OK) {
+        pbnds_accel_free(made);
+        return status;
+    }
+    *accel = made;
+    return PBNDS_OK;
+}
+
+void pbnds_accel_free(struct pbnds_accel *accel)
+{
+    if (!accel) return;
+    if (accel->scene) rtcReleaseScene(accel->scene);
+    if (accel->device) rtcReleaseDevice(accel->device);
+    free(accel->cutouts);
+    free(accel);
+}
+
+/* Secondary rays. */
+
+static float offset_component(float p, float n)
+{
+    /* Steps of the representation scale with the coordinate; near zero, where they
+     * vanish, a fixed distance takes over. Constants of the paper. */
+    const float origin = 1.0f / 32.0f, float_scale = 1.0f / 65536.0f,
+                int_scale = 256.0f;
+    if (fabsf(p) < origin) return p + float_scale * n;
+    const int32_t step = (int32_t)(int_scale * n);
+    int32_t bits;
+    memcpy(&bits, &p, sizeof bits);
+    bits += p < 0.0f ? -step : step;
+    float moved;
+    memcpy(&moved, &bits, sizeof moved);
+    return moved;
+}
+
+struct pbnds_vec3 pbnds_offset_origin(struct pbnds_vec3 p, struct pbnds_vec3 ng)
+{
+    return pbnds_vec3_make(offset_component(p.x, ng.x), offset_component(p.y, ng.y),
+                           offset_component(p.z, ng.z));
+}

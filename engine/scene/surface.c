@@ -1,0 +1,247 @@
+/*
+ * From a hit to the values a BRDF needs: interpolation, textures, normal map.
+ */
+#include "engine/scene/scene.h"
+
+/* Least cosine between the shading normal and the eye. */
+#define FACING 1e-3f
+
+/* A hit with its triangle looked up. */
+struct triangle {
+    const struct pbnds_mesh *mesh;
+    const struct pbnds_material *material;
+    uint32_t i0, i1, i2;
+    float w0, w1, w2;
+};
+
+static struct triangle find_triangle(const struct pbnds_scene *scene,
+                                     const struct pbnds_hit *hit)
+{
+    struct triangle t;
+    t.mesh = &scene->meshes[hit->mesh];
+    t.material = &scene->materials[t.mesh->material];
+    const uint32_t *index = t.mesh->index + 3 * (size_t)hit->triangle;
+    t.i0 = index[0];
+    t.i1 = index[1];
+    t.i2 = index[2];
+    t.w0 = 1.0f - hit->u - hit->v;
+    t.w1 = hit->u;
+    t.w2 = hit->v;
+    return t;
+}
+
+static struct pbnds_vec3 mix3(const struct triangle *t, const struct pbnds_vec3 *a)
+{
+    return pbnds_mad(pbnds_mad(pbnds_scale(a[t->i0], t->w0), a[t->i1], t->w1), a[t->i2],
+                     t->w2);
+}
+
+static struct pbnds_vec2 mix2(const struct triangle *t, const struct pbnds_vec2 *a)
+{
+    const struct pbnds_vec2 p = a[t->i0], q = a[t->i1], r = a[t->i2];
+    return (struct pbnds_vec2){p.x * t->w0 + q.x * t->w1 + r.x * t->w2,
+                               p.y * t->w0 + q.y * t->w1 + r.y * t->w2};
+}
+
+static struct pbnds_vec4 mix4(const struct triangle *t, const struct pbnds_vec4 *a)
+{
+    const struct pbnds_vec4 p = a[t->i0], q = a[t->i1], r = a[t->i2];
+    return (struct pbnds_vec4){p.x * t->w0 + q.x * t->w1 + r.x * t->w2,
+                               p.y * t->w0 + q.y * t->w1 + r.y * t->w2,
+                               p.z * t->w0 + q.z * t->w1 + r.z * t->w2,
+                               p.w * t->w0 + q.w * t->w1 + r.w * t->w2};
+}
+
+/* Value of a texture at the hit; false when there is none, or no UV set to look it up
+ * with (then the factor stands alone). */
+static bool sample(const struct pbnds_scene *scene, const struct triangle *t,
+                   const struct pbnds_texture_ref *ref, bool srgb,
+                   struct pbnds_vec4 *value)
+{
+    if (ref->texture < 0) return false;
+    const struct pbnds_vec2 *uv = t->mesh->uv[ref->texcoord == 1 ? 1 : 0];
+    if (!uv) return false;
+    *value = pbnds_texture_sample(&scene->textures[ref->texture], mix2(t, uv), srgb);
+    return true;
+}
+
+/* Base colour and alpha: factor x vertex colour x texture. */
+static struct pbnds_vec4 base_color(const struct pbnds_scene *scene,
+                                    const struct triangle *t)
+{
+    struct pbnds_vec4 c = t->material->base_color, s;
+    if (t->mesh->color) {
+        s = mix4(t, t->mesh->color);
+        c = (struct pbnds_vec4){c.x * s.x, c.y * s.y, c.z * s.z, c.w * s.w};
+    }
+    if (sample(scene, t, &t->material->base_color_texture, true, &s)) {
+        c = (struct pbnds_vec4){c.x * s.x, c.y * s.y, c.z * s.z, c.w * s.w};
+    }
+    return c;
+}
+
+/* a / |a|, or `otherwise` where a has no direction. Squares of very short or long
+ * vectors leave the range of float, so those are scaled first. */
+static struct pbnds_vec3 unit_or(struct pbnds_vec3 a, struct pbnds_vec3 otherwise)
+{
+    float square = pbnds_dot(a, a);
+    if (!(square > 1e-30f && square < 1e30f)) {
+        const float largest = fmaxf(fabsf(a.x), fmaxf(fabsf(a.y), fabsf(a.z)));
+        if (!(largest > 1e-37f && largest < INFINITY)) return otherwise;
+        a = pbnds_vec3_make(a.x / largest, a.y / largest, a.z / largest);
+        square = pbnds_dot(a, a);
+        if (!(square >= 1.0f)) return otherwise; /* one component was NaN */
+    }
+    return pbnds_scale(a, 1.0f / sqrtf(square));
+}
+
+static struct pbnds_vec3 face_normal(const struct triangle *t,
+                                     struct pbnds_vec3 otherwise)
+{
+    const struct pbnds_vec3 p = t->mesh->position[t->i0];
+    struct pbnds_vec3 e1 = pbnds_sub(t->mesh->position[t->i1], p);
+    struct pbnds_vec3 e2 = pbnds_sub(t->mesh->position[t->i2], p);
+    struct pbnds_vec3 n = pbnds_cross(e1, e2);
+    const float square = pbnds_dot(n, n);
+    if (!(square > 1e-30f && square < 1e30f)) {
+        /* The cross product squares lengths: take it of edges near unit length. */
+        const struct pbnds_vec3 zero = {0.0f, 0.0f, 0.0f};
+        n = pbnds_cross(unit_or(e1, zero), unit_or(e2, zero));
+        if (!(pbnds_dot(n, n) > 1e-12f)) return otherwise;
+    }
+    return unit_or(n, otherwise);
+}
+
+/* Tangent and the sign of the bitangent from the UVs of one face, for meshes that bring
+ * no tangents. glTF: v points down in the image, the normal map's +y up, so the
+ * bitangent is -dP/dv. */
+static bool face_tangent(const struct triangle *t, int texcoord, struct pbnds_vec3 n,
+                         struct pbnds_vec3 *tangent, float *sign)
+{
+    const struct pbnds_vec2 *uv = t->mesh->uv[texcoord == 1 ? 1 : 0];
+    const struct pbnds_vec3 *p = t->mesh->position;
+    const struct pbnds_vec3 e1 = pbnds_sub(p[t->i1], p[t->i0]);
+    const struct pbnds_vec3 e2 = pbnds_sub(p[t->i2], p[t->i0]);
+    const float u1 = uv[t->i1].x - uv[t->i0].x, v1 = uv[t->i1].y - uv[t->i0].y;
+    const float u2 = uv[t->i2].x - uv[t->i0].x, v2 = uv[t->i2].y - uv[t->i0].y;
+    const float det = u1 * v2 - u2 * v1;
+    if (!(fabsf(det) > 0.0f)) return false;
+    const float flip = det < 0.0f ? -1.0f : 1.0f;
+    *tangent = pbnds_scale(pbnds_sub(pbnds_scale(e1, v2), pbnds_scale(e2, v1)), flip);
+    const struct pbnds_vec3 down =
+        pbnds_scale(pbnds_sub(pbnds_scale(e2, u1), pbnds_scale(e1, u2)), flip);
+    *sign = pbnds_dot(pbnds_cross(n, *tangent), down) > 0.0f ? -1.0f : 1.0f;
+    return true;
+}
+
+/* glTF 2.0, 3.9.3: the map is (2 rgb - 1) * (scale, scale, 1) in the frame (t, b, n)
+ * with b = cross(n, t) * w. n is the interpolated vertex normal, not yet turned to the
+ * eye. */
+static struct pbnds_vec3 apply_normal_map(const struct pbnds_scene *scene,
+                                          const struct triangle *t, struct pbnds_vec3 n)
+{
+    const struct pbnds_texture_ref *ref = &t->material->normal_texture;
+    struct pbnds_vec4 texel;
+    if (!sample(scene, t, ref, false, &texel)) return n;
+
+    struct pbnds_vec3 tangent;
+    float sign;
+    if (t->mesh->tangent) {
+        const struct pbnds_vec4 mixed = mix4(t, t->mesh->tangent);
+        tangent = pbnds_vec3_make(mixed.x, mixed.y, mixed.z);
+        sign = mixed.w < 0.0f ? -1.0f : 1.0f;
+    } else if (!face_tangent(t, ref->texcoord, n, &tangent, &sign)) {
+        return n;
+    }
+    const struct pbnds_vec3 zero = {0.0f, 0.0f, 0.0f};
+    tangent = unit_or(tangent, zero);
+    tangent = pbnds_mad(tangent, n, -pbnds_dot(tangent, n));
+    if (!(pbnds_dot(tangent, tangent) > 1e-12f)) return n;
+    tangent = pbnds_normalize(tangent);
+    const struct pbnds_vec3 bitangent = pbnds_scale(pbnds_cross(n, tangent), sign);
+
+    const float x = (2.0f * texel.x - 1.0f) * t->material->normal_scale;
+    const float y = (2.0f * texel.y - 1.0f) * t->material->normal_scale;
+    const float z = 2.0f * texel.z - 1.0f;
+    const struct pbnds_vec3 mapped =
+        pbnds_mad(pbnds_mad(pbnds_scale(tangent, x), bitangent, y), n, z);
+    return unit_or(mapped, n);
+}
+
+struct pbnds_vec3 pbnds_face_eye(struct pbnds_vec3 n, struct pbnds_vec3 wo)
+{
+    const float cosine = pbnds_dot(n, wo);
+    if (cosine > 0.5f * FACING)
+        return n; /* half: what was turned once stays as it is */
+    /* The unit vector at that cosine in the plane of n and wo. */
+    const struct pbnds_vec3 side = pbnds_mad(n, wo, -cosine);
+    if (!(pbnds_dot(side, side) > 1e-12f))
+        return wo; /* n = -wo: every side is as near */
+    return pbnds_mad(pbnds_scale(pbnds_normalize(side), sqrtf(1.0f - FACING * FACING)),
+                     wo, FACING);
+}
+
+/* The shading normal: interpolated, mapped, above the face and facing the eye. */
+static struct pbnds_vec3 shading_normal(const struct pbnds_scene *scene,
+                                        const struct triangle *t,
+                                        struct pbnds_vec3 face, struct pbnds_vec3 ng,
+                                        struct pbnds_vec3 wo)
+{
+    struct pbnds_vec3 smooth = face;
+    if (t->mesh->normal) smooth = unit_or(mix3(t, t->mesh->normal), face);
+    /* Back faces, and normals that disagree with the winding: the frame is turned as a
+     * whole, after the map was applied in it. */
+    const bool turned = pbnds_dot(smooth, ng) < 0.0f;
+    struct pbnds_vec3 n = apply_normal_map(scene, t, smooth);
+    if (turned) n = pbnds_scale(n, -1.0f);
+    /* A steep map may still dip below the face: lift it onto the face's plane. */
+    const float above = pbnds_dot(n, ng);
+    if (above < 0.0f) n = unit_or(pbnds_mad(n, ng, -above), ng);
+    /* Turning toward wo keeps n above the face, as dot(wo, ng) >= 0. */
+    return pbnds_face_eye(n, wo);
+}
+
+void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit *hit,
+                         struct pbnds_vec3 wo, struct pbnds_surface *surface)
+{
+    const struct triangle t = find_triangle(scene, hit);
+    const struct pbnds_material *m = t.material;
+
+    surface->position = mix3(&t, t.mesh->position);
+    const struct pbnds_vec3 face = face_normal(&t, wo);
+    surface->ng = pbnds_dot(face, wo) < 0.0f ? pbnds_scale(face, -1.0f) : face;
+    surface->n = shading_normal(scene, &t, face, surface->ng, wo);
+
+    const struct pbnds_vec4 base = base_color(scene, &t);
+    surface->base_color = pbnds_vec3_make(pbnds_clamp(base.x, 0.0f, 1.0f),
+                                          pbnds_clamp(base.y, 0.0f, 1.0f),
+                                          pbnds_clamp(base.z, 0.0f, 1.0f));
+    surface->alpha = m->alpha_mode == PBNDS_ALPHA_OPAQUE ? 1.0f : base.w;
+
+    struct pbnds_vec4 s;
+    surface->roughness = m->roughness;
+    surface->metallic = m->metallic;
+    if (sample(scene, &t, &m->metallic_roughness_texture, false, &s)) {
+        surface->roughness *= s.y;
+        surface->metallic *= s.z;
+    }
+    surface->roughness = pbnds_clamp(surface->roughness, 0.0f, 1.0f);
+    surface->metallic = pbnds_clamp(surface->metallic, 0.0f, 1.0f);
+    surface->dielectric_f0 = m->dielectric_f0;
+
+    surface->emission = m->emissive;
+    if (pbnds_max3(m->emissive) > 0.0f &&
+        sample(scene, &t, &m->emissive_texture, true, &s)) {
+        surface->emission = pbnds_mul(m->emissive, pbnds_vec3_make(s.x, s.y, s.z));
+    }
+    surface->uv =
+        t.mesh->uv[0] ? mix2(&t, t.mesh->uv[0]) : (struct pbnds_vec2){0.0f, 0.0f};
+    surface->object_id = t.mesh->object_id;
+}
+
+float pbnds_scene_alpha(const struct pbnds_scene *scene, const struct pbnds_hit *hit)
+{
+    const struct triangle t = find_triangle(scene, hit);
+    if (t.material->alpha_mode == PBNDS_ALPHA_OPAQUE) return 1.0f;
+    return base_color(scene, &t).w;
+}
