@@ -1,0 +1,56 @@
+/**
+ * @file brdf_blinn_phong.h
+ * Normalised Blinn-Phong: the empirical model, made to keep energy.
+ *
+ *     f = (1 - f0) c_diff / pi + f0 (m + 8) / (8 pi) (n.h)^m
+ *     c_diff = base_color (1 - metallic),  f0 = lerp(dielectric_f0, base_color,
+ * metallic) m = 2 / alpha^2 - 2,  alpha = roughness^2, at least PBNDS_GGX_ALPHA_MIN
+ *
+ * Blinn 1977, "Models of Light Reflection for Computer Synthesized Pictures"; the
+ * factor is that of Akenine-Moeller, Haines and Hoffman, "Real-Time Rendering", 3rd
+ * ed., eq. 7.49: a round fit of the exact (m + 2)(m + 4) / (8 pi (m + 2^(-m/2))), so
+ * that a white lobe reflects at normal incidence 1 at m = 0, at most 1.076 (near m = 9)
+ * and 1 in the limit. The exponent is the one whose lobe (n.h)^m has the width of GGX's
+ * for narrow lobes (Walter et al. 2007, sec. 5.2: m = 2 / alpha^2 - 2).
+ *
+ * No Fresnel term and no masking: grazing highlights are duller than GGX's.
+ * Frame: world space about the surface's n. Units: f and pdf in 1/sr, f without cosine.
+ */
+#ifndef PBNDS_ENGINE_SHADE_BRDF_BLINN_PHONG_H
+#define PBNDS_ENGINE_SHADE_BRDF_BLINN_PHONG_H
+
+#include <stdbool.h>
+
+#include "engine/shade/brdf.h"
+#include "engine/shade/bsdf.h"
+
+struct pbnds_blinn_phong {
+    struct pbnds_frame frame;
+    struct pbnds_vec3 c_diff; /**< already filtered by 1 - f0 */
+    struct pbnds_vec3 f0;
+    float exponent;
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** The exponent of a perceptual roughness in [0, 1]. */
+float pbnds_blinn_phong_exponent(float roughness);
+/** The same surface as `bsdf`, in this model. */
+struct pbnds_blinn_phong pbnds_blinn_phong_make(const struct pbnds_bsdf *bsdf);
+
+struct pbnds_vec3 pbnds_blinn_phong_eval(const struct pbnds_blinn_phong *lobe,
+                                         struct pbnds_vec3 wo, struct pbnds_vec3 wi);
+/** Density of pbnds_blinn_phong_sample(): cosine hemisphere and h ~ (n.h)^m, mixed. */
+float pbnds_blinn_phong_pdf(const struct pbnds_blinn_phong *lobe, struct pbnds_vec3 wo,
+                            struct pbnds_vec3 wi);
+/** u_lobe, u1, u2 uniform in [0, 1). false: the sample carries no energy. */
+bool pbnds_blinn_phong_sample(const struct pbnds_blinn_phong *lobe,
+                              struct pbnds_vec3 wo, float u_lobe, float u1, float u2,
+                              struct pbnds_brdf_sample *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_ENGINE_SHADE_BRDF_BLINN_PHONG_H */
