@@ -1,0 +1,144 @@
+#include "tools/console.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+/* The program has one terminal, so this is one object. */
+static struct {
+    bool quiet, terminal;
+    bool bar_open;
+    char stage[48];
+    double start, printed; /* when the stage began and was last shown */
+    double shown;          /* fraction shown last */
+} console;
+
+double tool_seconds(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void tool_console_clear(void)
+{
+    if (!console.bar_open) return;
+    (void)fprintf(stderr, "\r\033[K");
+    (void)fflush(stderr);
+    console.bar_open = false;
+}
+
+static void warn(void *user, const char *sentence)
+{
+    (void)user;
+    if (console.quiet) return;
+    tool_console_clear();
+    (void)fprintf(stderr, "pbnds: warning: %s\n", sentence);
+}
+
+static void format_left(char *text, size_t size, double elapsed, double fraction)
+{
+    const double left = elapsed * (1.0 - fraction) / fraction;
+    if (left >= 3600.0) {
+        (void)snprintf(text, size, "%ld h %02ld min left", (long)(left / 3600.0),
+                       (long)(left / 60.0) % 60);
+    } else if (left >= 60.0) {
+        (void)snprintf(text, size, "%d min %02d s left", (int)(left / 60.0),
+                       (int)left % 60);
+    } else {
+        (void)snprintf(text, size, "%.0f s left", left);
+    }
+}
+
+static void draw_bar(double fraction, double elapsed)
+{
+    static const char full[] = "##############################";
+    enum { WIDTH = sizeof full - 1 };
+    char left[48] = "";
+    if (fraction > 0.0) format_left(left, sizeof left, elapsed, fraction);
+    const int n = (int)(fraction * WIDTH);
+    (void)fprintf(stderr, "\r\033[K%-12s [%.*s%*s] %3.0f %%  %s", console.stage, n,
+                  full, WIDTH - n, "", 100.0 * fraction, left);
+    (void)fflush(stderr);
+    console.bar_open = true;
+}
+
+/* On a terminal a bar, ten times a second; elsewhere a line at most once a second and
+ * only when another tenth is done, so that short runs say nothing. */
+static void progress(void *user, const char *stage, double done, double total)
+{
+    (void)user;
+    if (console.quiet) return;
+    const double now = tool_seconds();
+    if (strncmp(stage, console.stage, sizeof console.stage - 1) != 0) {
+        tool_console_clear();
+        (void)snprintf(console.stage, sizeof console.stage, "%s", stage);
+        console.start = console.printed = now;
+        console.shown = 0.0;
+    }
+    double fraction = total > 0.0 ? done / total : 0.0;
+    if (fraction > 1.0) fraction = 1.0;
+    if (console.terminal && fraction >= 1.0) {
+        tool_console_clear();
+        console.stage[0] = 0;
+        return;
+    }
+    if (console.terminal) {
+        if (now - console.printed < 0.1) return;
+        draw_bar(fraction, now - console.start);
+    } else {
+        const bool another = total > 0.0 ? fraction >= console.shown + 0.1 : true;
+        if (now - console.printed < 1.0 || !another) return;
+        char left[48] = "";
+        if (fraction > 0.0)
+            format_left(left, sizeof left, now - console.start, fraction);
+        if (total > 0.0) {
+            (void)fprintf(stderr, "pbnds: %s %.0f %%, %s\n", stage, 100.0 * fraction,
+                          left);
+        } else {
+            (void)fprintf(stderr, "pbnds: %s %.0f\n", stage, done);
+        }
+    }
+    console.printed = now;
+    console.shown = fraction;
+}
+
+static const struct pbnds_report report = {warn, progress, NULL};
+
+const struct pbnds_report *tool_report(void)
+{
+    return &report;
+}
+
+void tool_console_quiet(bool quiet)
+{
+    console.quiet = quiet;
+}
+
+enum pbnds_status tool_check_stop(struct pbnds_error *error)
+{
+    return pbnds_stop_requested() ? pbnds_fail_interrupted(error) : PBNDS_OK;
+}
+
+static void on_signal(int number)
+{
+    (void)number;
+    pbnds_request_stop();
+}
+
+void tool_console_init(void)
+{
+    struct sigaction action = {.sa_handler = on_signal};
+    (void)sigemptyset(&action.sa_mask);
+    /* SA_RESETHAND: a second Ctrl-C meets the default action and kills at once. */
+    action.sa_flags = SA_RESTART | (int)SA_RESETHAND;
+    (void)sigaction(SIGINT, &action, NULL);
+    (void)sigaction(SIGTERM, &action, NULL);
+    action.sa_handler = SIG_IGN;
+    action.sa_flags = 0;
+    (void)sigaction(SIGPIPE, &action, NULL);
+    (void)sigaction(SIGXFSZ, &action, NULL);
+    console.terminal = isatty(STDERR_FILENO) != 0;
+}

@@ -1,0 +1,381 @@
+/* pbnds info, pbnds check: what a file is, and whether it is sound. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include <cjson/cJSON.h>
+
+#include "engine/core/file.h"
+#include "engine/image/oiio.h"
+#include "engine/scene/gltf.h"
+#include "neural/data/dataset.h"
+#include "neural/model/model.h"
+#include "neural/shader_neural.h"
+#include "tools/commands.h"
+#include "tools/console.h"
+#include "tools/output.h"
+
+/* Facts are gathered as one JSON object; the text form is a walk over it. */
+
+static void add_number(cJSON *facts, const char *key, double value)
+{
+    (void)cJSON_AddNumberToObject(facts, key, value);
+}
+
+static void add_text(cJSON *facts, const char *key, const char *value)
+{
+    (void)cJSON_AddStringToObject(facts, key, value);
+}
+
+static void add_floats(cJSON *facts, const char *key, const float *values, int count)
+{
+    cJSON *array = cJSON_AddArrayToObject(facts, key);
+    for (int i = 0; array && i < count; ++i) {
+        char text[32]; /* nine digits say a float exactly, more would be noise */
+        (void)snprintf(text, sizeof text, "%.9g", (double)values[i]);
+        (void)cJSON_AddItemToArray(array, cJSON_CreateNumber(strtod(text, NULL)));
+    }
+}
+
+static void add_vec3(cJSON *facts, const char *key, struct pbnds_vec3 v)
+{
+    const float values[3] = {v.x, v.y, v.z};
+    add_floats(facts, key, values, 3);
+}
+
+static void add_size(cJSON *facts, int width, int height)
+{
+    const float values[2] = {(float)width, (float)height};
+    add_floats(facts, "size", values, 2);
+}
+
+/* A new object in the array `key` of facts; NULL without memory, which cJSON calls
+ * bear. */
+static cJSON *add_item(cJSON *array)
+{
+    cJSON *item = cJSON_CreateObject();
+    (void)cJSON_AddItemToArray(array, item);
+    return item;
+}
+
+static enum pbnds_status describe_scene(const char *path, cJSON *facts,
+                                        struct pbnds_error *error)
+{
+    struct pbnds_scene scene;
+    PBNDS_TRY(pbnds_gltf_load(path, tool_report(), &scene, error));
+    add_text(facts, "kind", "glTF scene");
+    add_number(facts, "meshes", scene.mesh_count);
+    add_number(facts, "triangles", (double)scene.triangle_count);
+    add_number(facts, "materials", scene.material_count);
+    add_number(facts, "textures", scene.texture_count);
+    if (scene.triangle_count > 0) {
+        add_vec3(facts, "lo", scene.lo);
+        add_vec3(facts, "hi", scene.hi);
+    }
+    cJSON *images = cJSON_AddArrayToObject(facts, "images");
+    for (int i = 0; i < scene.image_count; ++i) {
+        add_size(add_item(images), scene.images[i].width, scene.images[i].height);
+    }
+    cJSON *cameras = cJSON_AddArrayToObject(facts, "cameras");
+    for (int i = 0; i < scene.camera_count; ++i) {
+        const struct pbnds_camera *camera = &scene.cameras[i];
+        cJSON *item = add_item(cameras);
+        add_text(item, "name", camera->name);
+        if (camera->orthographic) {
+            add_number(item, "ymag", (double)camera->ymag);
+        } else {
+            add_number(item, "yfov_deg", (double)(camera->yfov * 180.0f / PBNDS_PI));
+        }
+    }
+    pbnds_scene_free(&scene);
+    return PBNDS_OK;
+}
+
+static void add_attributes(cJSON *facts, const struct pbnds_exr *exr)
+{
+    cJSON *object = cJSON_AddObjectToObject(facts, "attributes");
+    for (int i = 0; i < exr->attribute_count; ++i) {
+        const struct pbnds_exr_attribute *a = &exr->attributes[i];
+        switch (a->type) {
+        case PBNDS_EXR_ATTRIBUTE_STRING:
+            add_text(object, a->name, a->value.string);
+            break;
+        case PBNDS_EXR_ATTRIBUTE_INT:
+            add_number(object, a->name, a->value.i);
+            break;
+        case PBNDS_EXR_ATTRIBUTE_FLOAT:
+            add_number(object, a->name, (double)a->value.f);
+            break;
+        case PBNDS_EXR_ATTRIBUTE_M44F:
+            add_floats(object, a->name, a->value.m44, 16);
+            break;
+        }
+    }
+}
+
+static enum pbnds_status describe_image(const char *path, cJSON *facts,
+                                        struct pbnds_error *error)
+{
+    struct pbnds_image image;
+    PBNDS_TRY(pbnds_image_read_rgb(path, &image, error));
+    struct pbnds_envmap *envmap = NULL;
+    const enum pbnds_status status =
+        pbnds_envmap_create(&image, PBNDS_ENV_GLTF, 0.0f, 1.0f, &envmap, error);
+    if (status == PBNDS_OK) {
+        const size_t count = 3 * (size_t)image.width * (size_t)image.height;
+        float top = 0.0f;
+        for (size_t i = 0; i < count; ++i)
+            top = fmaxf(top, image.data[i]);
+        add_text(facts, "kind",
+                 image.width == 2 * image.height ? "light map (equirect)" : "picture");
+        add_size(facts, image.width, image.height);
+        add_vec3(facts, "mean", pbnds_envmap_mean(envmap));
+        add_floats(facts, "max", &top, 1);
+    }
+    pbnds_envmap_free(envmap);
+    pbnds_image_free(&image);
+    return status;
+}
+
+static enum pbnds_status describe_exr(const char *path, cJSON *facts,
+                                      struct pbnds_error *error)
+{
+    struct pbnds_exr exr;
+    const enum pbnds_status status = pbnds_exr_read(path, &exr, error);
+    /* Light maps with lossy compression or tiles are read by the other library. */
+    if (status == PBNDS_ERROR_UNSUPPORTED) return describe_image(path, facts, error);
+    if (status != PBNDS_OK) return status;
+    if (!pbnds_exr_find(&exr, "albedo.R")) {
+        pbnds_exr_free(&exr);
+        return describe_image(path, facts, error);
+    }
+    add_text(facts, "kind", "G-buffer");
+    add_size(facts, exr.width, exr.height);
+    cJSON *channels = cJSON_AddArrayToObject(facts, "channels");
+    static const char *const types[] = {"uint", "half", "float"};
+    for (int i = 0; i < exr.channel_count; ++i) {
+        cJSON *item = add_item(channels);
+        add_text(item, "name", exr.channels[i].name);
+        add_text(item, "type", types[exr.channels[i].type]);
+    }
+    add_attributes(facts, &exr);
+    pbnds_exr_free(&exr);
+    return PBNDS_OK;
+}
+
+static enum pbnds_status describe_weights(const char *path, cJSON *facts,
+                                          struct pbnds_error *error)
+{
+    struct pbnds_safetensors file;
+    PBNDS_TRY(pbnds_safetensors_read(path, &file, error));
+    double parameters = 0.0;
+    for (int i = 0; i < file.tensor_count; ++i)
+        parameters += (double)file.tensors[i].count;
+    add_text(facts, "kind", "weights");
+    add_number(facts, "parameters", parameters);
+    cJSON *metadata = cJSON_AddObjectToObject(facts, "metadata");
+    for (int i = 0; i < file.metadata_count; ++i) {
+        add_text(metadata, file.metadata[i].key, file.metadata[i].value);
+    }
+    cJSON *tensors = cJSON_AddArrayToObject(facts, "tensors");
+    for (int i = 0; i < file.tensor_count; ++i) {
+        cJSON *item = add_item(tensors);
+        add_text(item, "name", file.tensors[i].name);
+        float shape[4];
+        for (int k = 0; k < file.tensors[i].rank; ++k) {
+            shape[k] = (float)file.tensors[i].shape[k];
+        }
+        add_floats(item, "shape", shape, file.tensors[i].rank);
+    }
+    pbnds_safetensors_free(&file);
+    return PBNDS_OK;
+}
+
+static enum pbnds_status describe_dataset(const char *path, cJSON *facts,
+                                          struct pbnds_error *error)
+{
+    char hash[17], manifest[1400];
+    (void)snprintf(manifest, sizeof manifest, "%s/dataset.json", path);
+    PBNDS_TRY(pbnds_dataset_hash(path, hash, error));
+    add_text(facts, "kind", "data set");
+    for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
+        struct pbnds_sample_list list;
+        PBNDS_TRY(pbnds_dataset_list(path, (enum pbnds_split)split, &list, error));
+        add_number(facts, pbnds_split_name((enum pbnds_split)split), list.count);
+        pbnds_sample_list_free(&list);
+    }
+    add_text(facts, "hash", hash);
+    uint8_t *text = NULL;
+    size_t size = 0;
+    PBNDS_TRY(pbnds_file_read(manifest, (size_t)64 << 20, &text, &size, error));
+    cJSON *recipe = cJSON_Parse((const char *)text);
+    free(text);
+    if (!recipe) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: is not JSON", manifest);
+    }
+    (void)cJSON_AddItemToObject(facts, "recipe", recipe);
+    return PBNDS_OK;
+}
+
+/* Loads everything that describe() does not look into. */
+
+static enum pbnds_status check_gbuffer(const char *path, struct pbnds_error *error)
+{
+    struct pbnds_gbuffer gbuffer;
+    PBNDS_TRY(pbnds_gbuffer_read(path, &gbuffer, NULL, NULL, NULL, error));
+    pbnds_gbuffer_free(&gbuffer);
+    return PBNDS_OK;
+}
+
+static enum pbnds_status check_weights(const char *path, struct pbnds_error *error)
+{
+    const struct pbnds_shader *shader = NULL;
+    PBNDS_TRY(pbnds_shader_neural_create(path, PBNDS_F32, &shader, error));
+    pbnds_shader_neural_free(shader);
+    return PBNDS_OK;
+}
+
+static enum pbnds_status check_dataset(const char *path, struct pbnds_error *error)
+{
+    for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
+        struct pbnds_sample_list list;
+        PBNDS_TRY(pbnds_dataset_list(path, (enum pbnds_split)split, &list, error));
+        enum pbnds_status status = PBNDS_OK;
+        for (int i = 0; i < list.count && status == PBNDS_OK; ++i) {
+            struct pbnds_sample sample;
+            status = pbnds_sample_load(list.folders[i], &sample, error);
+            if (status == PBNDS_OK) pbnds_sample_free(&sample);
+            if (status == PBNDS_OK) status = tool_check_stop(error);
+            pbnds_progress(tool_report(), "check", i + 1.0, list.count);
+        }
+        pbnds_sample_list_free(&list);
+        PBNDS_TRY(status);
+    }
+    return PBNDS_OK;
+}
+
+/* What the file is is said by its name; that it is so, by reading it. */
+static enum pbnds_status describe(const char *path, bool deep, cJSON *facts,
+                                  struct pbnds_error *error)
+{
+    struct stat info;
+    if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
+        PBNDS_TRY(describe_dataset(path, facts, error));
+        return deep ? check_dataset(path, error) : PBNDS_OK;
+    }
+    if (tool_has_extension(path, ".glb") || tool_has_extension(path, ".gltf")) {
+        return describe_scene(path, facts, error);
+    }
+    if (tool_has_extension(path, ".exr")) {
+        PBNDS_TRY(describe_exr(path, facts, error));
+        const cJSON *kind = cJSON_GetObjectItem(facts, "kind");
+        const bool gbuffer = cJSON_IsString(kind) && kind->valuestring[0] == 'G';
+        return deep && gbuffer ? check_gbuffer(path, error) : PBNDS_OK;
+    }
+    if (tool_has_extension(path, ".safetensors")) {
+        PBNDS_TRY(describe_weights(path, facts, error));
+        return deep ? check_weights(path, error) : PBNDS_OK;
+    }
+    if (tool_has_extension(path, ".hdr") || tool_has_extension(path, ".png") ||
+        tool_has_extension(path, ".jpg") || tool_has_extension(path, ".jpeg")) {
+        return describe_image(path, facts, error);
+    }
+    return pbnds_fail(
+        error, PBNDS_ERROR_UNSUPPORTED,
+        "%s: is none of .glb, .gltf, .exr, .hdr, .png, .jpg, .safetensors or a "
+        "data set folder",
+        path);
+}
+
+/* One line a fact; what has parts goes on the lines below it. */
+static void print_facts(const cJSON *facts, int indent)
+{
+    for (const cJSON *at = facts->child; at; at = at->next) {
+        const bool table = cJSON_IsObject(at) || (cJSON_IsArray(at) && at->child &&
+                                                  cJSON_IsObject(at->child));
+        if (table && cJSON_IsArray(at)) {
+            (void)printf("%*s%s: %d\n", indent, "", at->string, cJSON_GetArraySize(at));
+            for (const cJSON *item = at->child; item; item = item->next) {
+                char *line = cJSON_PrintUnformatted(item);
+                (void)printf("%*s%s\n", indent + 2, "", line ? line : "");
+                cJSON_free(line);
+            }
+        } else if (table) {
+            (void)printf("%*s%s:\n", indent, "", at->string);
+            print_facts(at, indent + 2);
+        } else if (cJSON_IsString(at)) {
+            (void)printf("%*s%s: %s\n", indent, "", at->string, at->valuestring);
+        } else {
+            char *line = cJSON_PrintUnformatted(at);
+            (void)printf("%*s%s: %s\n", indent, "", at->string, line ? line : "");
+            cJSON_free(line);
+        }
+    }
+}
+
+static enum pbnds_status run_info(const struct tool_options *options,
+                                  struct pbnds_error *error)
+{
+    cJSON *facts = cJSON_CreateObject();
+    if (!facts) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
+    add_text(facts, "file", options->inputs[0]);
+    const enum pbnds_status status = describe(options->inputs[0], false, facts, error);
+    if (status == PBNDS_OK && options->json) {
+        char *text = cJSON_Print(facts);
+        (void)printf("%s\n", text ? text : "{}");
+        cJSON_free(text);
+    } else if (status == PBNDS_OK) {
+        print_facts(facts, 0);
+    }
+    cJSON_Delete(facts);
+    return status;
+}
+
+static enum pbnds_status run_check(const struct tool_options *options,
+                                   struct pbnds_error *error)
+{
+    cJSON *facts = cJSON_CreateObject();
+    if (!facts) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
+    const enum pbnds_status status = describe(options->inputs[0], true, facts, error);
+    const cJSON *kind = cJSON_GetObjectItem(facts, "kind");
+    if (status == PBNDS_OK) {
+        (void)printf("%s: %s, sound\n", options->inputs[0],
+                     cJSON_IsString(kind) ? kind->valuestring : "file");
+    }
+    cJSON_Delete(facts);
+    return status;
+}
+
+const struct tool_command tool_info = {
+    .name = "info",
+    .mask = TOOL_INFO,
+    .min_inputs = 1,
+    .max_inputs = 1,
+    .needs_output = false,
+    .usage = "info FILE [--json]",
+    .about = "says what a file is",
+    .details = "FILE is a scene (.glb, .gltf), a G-buffer (.exr), a light map (.hdr, "
+               ".exr), a\n"
+               "weights file (.safetensors) or a data set folder.\n\n"
+               "  pbnds info scene.glb\n"
+               "  pbnds info transport.safetensors --json",
+    .run = run_info,
+};
+
+const struct tool_command tool_check = {
+    .name = "check",
+    .mask = TOOL_CHECK,
+    .min_inputs = 1,
+    .max_inputs = 1,
+    .needs_output = false,
+    .usage = "check FILE",
+    .about = "reads a file through and says what is wrong with it",
+    .details = "Takes what 'pbnds info' takes and reads all of it: every sample of a "
+               "data set,\n"
+               "every tensor of a weights file against its model. Status 3: it is not "
+               "valid.\n\n"
+               "  pbnds check data/",
+    .run = run_check,
+};
