@@ -43,7 +43,8 @@ extern "C" {
 #endif
 
 /** Builds from a 3-channel image (copied; convention, yaw and strength are applied on
- *  lookup or baked, the caller cannot tell). Errors: ARGUMENT (not 3 channels), MEMORY. */
+ *  lookup or baked, the caller cannot tell). NaN and negative texels count as 0.
+ *  Errors: ARGUMENT (not 3 channels, yaw or strength not finite, strength < 0), MEMORY. */
 enum pbnds_status pbnds_envmap_create(const struct pbnds_image *image,
                                       enum pbnds_env_convention convention, float yaw_deg,
                                       float strength, struct pbnds_envmap **envmap,

@@ -119,12 +119,23 @@ static struct pbnds_vec3 lookup(const struct pbnds_envmap_level *level, float u,
                       pbnds_lerp(bottom[x0], bottom[x1], s), t);
 }
 
+/* log2 of the texel whose bilinear lookup blurs like the cone. A texel of area A under
+   a tent has variance A/12 + A/6 along each axis, a disc of area W has W / 4 pi: equal
+   when A = W / pi. Towards the whole sphere the divisor goes to 1, so that 4 pi is the
+   mean. */
+static float log2_texel_for(float solid_angle)
+{
+    const float whole = 4.0f * PBNDS_PI;
+    const float cone = fminf(fmaxf(solid_angle, 1e-12f), whole); /* NaN too */
+    return log2f(cone / (PBNDS_PI - (PBNDS_PI - 1.0f) * cone / whole));
+}
+
 struct pbnds_vec3 pbnds_envmap_eval_cone(const struct pbnds_envmap *envmap,
                                          struct pbnds_vec3 w, float solid_angle)
 {
     const struct pbnds_envmap_level *levels = envmap->levels;
     const int last = envmap->level_count - 1;
-    const float size = log2f(fmaxf(solid_angle, 1e-12f)); /* NaN too */
+    const float size = log2_texel_for(solid_angle);
     double u, v;
     pbnds_envmap_uv(envmap, w, &u, &v);
     if (isnan(u) || isnan(v)) u = v = 0.0;
