@@ -246,16 +246,15 @@ struct pbnds_vec3 pbnds_envmap_mean(const struct pbnds_envmap *envmap)
 
 /* ---------------------------------------------------------------- sampling */
 
-/* First entry with cdf[i] > x; *t is where x lies between its neighbours, in [0, 1]. */
+/* First entry with cdf[i] > x; *t is where x lies between its neighbours, in [0, 1].
+   The halving has no branch to mispredict. */
 static int search(const float *cdf, int count, float x, float *t)
 {
-    int lo = 0, hi = count - 1;
-    while (lo < hi) {
-        const int mid = (lo + hi) / 2;
-        if (cdf[mid] > x)
-            hi = mid;
-        else
-            lo = mid + 1;
+    int lo = 0;
+    for (int n = count; n > 1;) {
+        const int half = n / 2;
+        lo += cdf[lo + half - 1] > x ? 0 : half;
+        n -= half;
     }
     const float below = lo > 0 ? cdf[lo - 1] : 0.0f;
     const float width = cdf[lo] - below;

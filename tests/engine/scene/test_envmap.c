@@ -53,7 +53,7 @@ static struct pbnds_image sky(int width, int height)
             if (!band) put(&image, x, y, 0.2f * n, up * n, up * (1.0f - n));
         }
     put(&image, width / 3, height / 4, 9000.0f, 7000.0f, 5000.0f);
-    put(&image, width / 3 + 1, height / 4, 9000.0f, 7000.0f, 5000.0f);
+    put(&image, (width / 3 + 1) % width, height / 4, 9000.0f, 7000.0f, 5000.0f);
     return image;
 }
 
