@@ -34,7 +34,8 @@ static uint16_t half_from_float(float value)
     const uint16_t sign = (uint16_t)(bits >> 16 & 0x8000u);
     const uint32_t magnitude = bits & 0x7fffffffu;
     if (magnitude > 0x7f800000u) { /* NaN keeps the top of its payload, and stays one */
-        return (uint16_t)(sign | 0x7e00u | (magnitude >> 13 & 0x1ffu));
+        const uint32_t payload = magnitude >> 13 & 0x3ffu;
+        return (uint16_t)(sign | 0x7c00u | (payload ? payload : 0x200u));
     }
     if (magnitude == 0x7f800000u) return (uint16_t)(sign | 0x7c00u);
     if (magnitude >= 0x477fe000u) return (uint16_t)(sign | 0x7bffu); /* saturates */
@@ -481,6 +482,8 @@ static exr_result_t decode_chunk(exr_context_t context, exr_decode_pipeline_t *p
     }
     if (row == 0) rv = exr_decoding_choose_default_routines(context, 0, pipe);
     if (rv == EXR_ERR_SUCCESS) rv = exr_decoding_run(context, 0, pipe);
+    /* The PIZ decoder says so of data that inflate beyond their chunk. */
+    if (rv == EXR_ERR_OUT_OF_MEMORY) rv = EXR_ERR_CORRUPT_CHUNK;
     if (rv == EXR_ERR_SUCCESS) unpack_halves(exr, st, row, lines);
     return rv;
 }

@@ -24,6 +24,7 @@
 
 #include "engine/core/color.h"
 #include "engine/core/file.h"
+#include "engine/image/clean.h"
 
 namespace
 {
@@ -36,6 +37,7 @@ enum format_bit : unsigned { PNG = 1, JPEG = 2, WEBP = 4, HDR = 8, EXR = 16 };
 struct format {
     format_bit bit;
     const char *reader;
+    decltype(&pbnds_clean_png) clean; // null: none needed
 };
 
 // What one decoded file holds, as floats or bytes of `channels` interleaved channels.
@@ -68,33 +70,20 @@ bool starts(const unsigned char *bytes, size_t size, size_t at, const char *magi
 bool sniff(const unsigned char *bytes, size_t size, format *out)
 {
     if (starts(bytes, size, 0, "\x89PNG\r\n\x1a\n")) {
-        *out = {PNG, "png"};
+        *out = {PNG, "png", pbnds_clean_png};
     } else if (starts(bytes, size, 0, "\xff\xd8\xff")) {
-        *out = {JPEG, "jpeg"};
+        *out = {JPEG, "jpeg", pbnds_clean_jpeg};
     } else if (starts(bytes, size, 0, "RIFF") && starts(bytes, size, 8, "WEBP")) {
-        *out = {WEBP, "webp"};
+        *out = {WEBP, "webp", pbnds_clean_webp};
     } else if (starts(bytes, size, 0, "#?RADIANCE") ||
                starts(bytes, size, 0, "#?RGBE")) {
-        *out = {HDR, "hdr"};
+        *out = {HDR, "hdr", nullptr};
     } else if (starts(bytes, size, 0, "\x76\x2f\x31\x01")) {
-        *out = {EXR, "openexr"};
+        *out = {EXR, "openexr", nullptr};
     } else {
         return false;
     }
     return true;
-}
-
-// libjpeg fills what is missing of a cut file with grey and calls it a success. Coded
-// data never hold FF DA or FF D9, so a whole file has an end marker behind its last
-// scan.
-bool jpeg_ends(const unsigned char *bytes, size_t size)
-{
-    for (size_t i = size; i-- > 1;) {
-        if (bytes[i - 1] != 0xff) continue;
-        if (bytes[i] == 0xd9) return true;
-        if (bytes[i] == 0xda) return false;
-    }
-    return false;
 }
 
 // The library's messages can be paragraphs: keep the first line, without a full stop.
@@ -201,23 +190,9 @@ pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit, const char *name,
     return good ? PBNDS_OK : fail_damaged(name, in.geterror(), error);
 }
 
-pbnds_status decode(const unsigned char *bytes, size_t size, unsigned allowed,
-                    const char *name, decoded *out, pbnds_error *error)
+pbnds_status decode_as(const format &kind, const unsigned char *bytes, size_t size,
+                       const char *name, decoded *out, pbnds_error *error)
 {
-    set_limits();
-    format kind;
-    if (size == 0) {
-        return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: the image is empty", name);
-    }
-    if (!sniff(bytes, size, &kind) || !(kind.bit & allowed)) {
-        return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,
-                          "%s: not an image that can be read here, convert it to PNG, "
-                          "JPEG, Radiance HDR or OpenEXR",
-                          name);
-    }
-    if (kind.bit == JPEG && !jpeg_ends(bytes, size)) {
-        return fail_damaged(name, "the file is cut short", error);
-    }
     OIIO::Filesystem::IOMemReader memory(const_cast<unsigned char *>(bytes), size);
     const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::create(kind.reader);
     if (!in) {
@@ -233,6 +208,30 @@ pbnds_status decode(const unsigned char *bytes, size_t size, unsigned allowed,
     const pbnds_status status = read_pixels(*in, kind.bit, name, out, error);
     in->close();
     return status;
+}
+
+pbnds_status decode(const unsigned char *bytes, size_t size, unsigned allowed,
+                    const char *name, decoded *out, pbnds_error *error)
+{
+    set_limits();
+    format kind;
+    if (size == 0) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: the image is empty", name);
+    }
+    if (!sniff(bytes, size, &kind) || !(kind.bit & allowed)) {
+        return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,
+                          "%s: not an image that can be read here, convert it to PNG, "
+                          "JPEG, Radiance HDR or OpenEXR",
+                          name);
+    }
+    if (!kind.clean) return decode_as(kind, bytes, size, name, out, error);
+    std::uint8_t *clean = nullptr;
+    size_t clean_size = 0;
+    const pbnds_status status =
+        kind.clean(bytes, size, name, &clean, &clean_size, error);
+    const std::unique_ptr<std::uint8_t, void (*)(void *)> owner(clean, std::free);
+    return status == PBNDS_OK ? decode_as(kind, clean, clean_size, name, out, error)
+                              : status;
 }
 
 // Runs f and turns whatever it throws into an error.
