@@ -1,10 +1,11 @@
 /**
  * @file train.h
- * One training loop for all models: Adam, warm-up and cosine, gradient clipping, checkpoint
- * and exact resume, best on validation.
+ * One training loop for all models: Adam, warm-up and cosine, gradient clipping,
+ * checkpoint and exact resume, best on validation.
  *
- * Beside WEIGHTS.safetensors it keeps WEIGHTS.safetensors.checkpoint (parameters, moments,
- * step: removed when the run is finished) and WEIGHTS.csv (step, loss, validation).
+ * Beside WEIGHTS.safetensors it keeps WEIGHTS.safetensors.checkpoint (parameters,
+ * moments, step: removed when the run is finished) and WEIGHTS.csv (step, loss,
+ * validation).
  */
 #ifndef PBNDS_NEURAL_TRAIN_TRAIN_H
 #define PBNDS_NEURAL_TRAIN_TRAIN_H
@@ -25,7 +26,7 @@ struct pbnds_train_options {
     double seconds;      /**< stop at a checkpoint after this long; 0: no limit    */
     double p_dark, lambda_zero; /**< pbnds+: energy regularisation; < 0: defaults  */
     uint64_t seed;
-    bool resume;         /**< go on from the checkpoint; without one: start anew   */
+    bool resume; /**< go on from the checkpoint; without one: start anew   */
     enum pbnds_dtype dtype;
 };
 
@@ -33,8 +34,9 @@ struct pbnds_train_options {
 extern "C" {
 #endif
 
-/** Errors: ARGUMENT, IO, FORMAT, MEMORY, BACKEND (NaN or divergence: the sentence says the
- *  step; the last good checkpoint stays), INTERRUPTED (a checkpoint is written first). */
+/** Errors: ARGUMENT, IO, FORMAT, MEMORY, BACKEND (NaN or divergence: the sentence says
+ * the step; the last good checkpoint stays), INTERRUPTED (a checkpoint is written
+ * first). */
 enum pbnds_status pbnds_train(const struct pbnds_train_options *options,
                               const struct pbnds_report *report,
                               struct pbnds_error *error) PBNDS_NODISCARD;

@@ -1,0 +1,109 @@
+/* The rows of the shading-pass table that are networks: loading, and what they share.
+ */
+#include "neural/shader_neural.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "neural/shader_neural_impl.h"
+
+static void destroy(struct pbnds_shader *self)
+{
+    struct pbnds_shader_neural *s = (struct pbnds_shader_neural *)self;
+    pbnds_net_free(s->net);
+    pbnds_backend_free(s->backend);
+    free(s);
+}
+
+static const struct pbnds_shader_ops OPS[] = {
+    {.name = "transport",
+     .channels = PBNDS_CHANNEL_ALBEDO | PBNDS_CHANNEL_NORMAL | PBNDS_CHANNEL_SPECULAR |
+                 PBNDS_CHANNEL_ROUGHNESS | PBNDS_CHANNEL_METALLIC |
+                 PBNDS_CHANNEL_DEPTH | PBNDS_CHANNEL_EMISSION,
+     .about = "neural light transport, linear in light: predicted shadows and indirect "
+              "light",
+     .shade = pbnds_shade_transport,
+     .destroy = destroy},
+    {.name = "pbnds+",
+     .channels = PBNDS_CHANNEL_ALBEDO | PBNDS_CHANNEL_NORMAL | PBNDS_CHANNEL_SPECULAR |
+                 PBNDS_CHANNEL_ROUGHNESS | PBNDS_CHANNEL_DEPTH,
+     .about = "the paper's convolutional deferred shader: a U-Net a light, averaged",
+     .shade = pbnds_shade_pbnds_plus,
+     .destroy = destroy},
+};
+
+static const struct pbnds_shader_ops *ops_of(const struct pbnds_model *model)
+{
+    for (size_t i = 0; i < sizeof OPS / sizeof OPS[0]; ++i) {
+        if (strcmp(OPS[i].name, model->name) == 0) return &OPS[i];
+    }
+    return NULL;
+}
+
+static int lights_of(const struct pbnds_safetensors *file,
+                     const struct pbnds_model *model)
+{
+    const char *text = pbnds_safetensors_metadata(file, "pbnds.lights");
+    const long n = text ? strtol(text, NULL, 10) : 0;
+    return n >= 1 && n <= 4096 ? (int)n : model->lights;
+}
+
+enum pbnds_status pbnds_shader_neural_create(const char *weights_path,
+                                             enum pbnds_dtype dtype,
+                                             const struct pbnds_shader **shader,
+                                             struct pbnds_error *error)
+{
+    *shader = NULL;
+    struct pbnds_safetensors file = {0};
+    const struct pbnds_model *model;
+    PBNDS_TRY(pbnds_weights_open(weights_path, &file, &model, error));
+    struct pbnds_shader_neural *s = calloc(1, sizeof *s);
+    enum pbnds_status status;
+    if (!s) {
+        status = pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", weights_path);
+        goto done;
+    }
+    s->base.ops = ops_of(model);
+    s->model = model;
+    s->lights = lights_of(&file, model);
+    status = pbnds_backend_create_onednn(&s->backend, error);
+    if (status == PBNDS_OK) {
+        status = pbnds_net_create(&model->table, s->backend, dtype, &s->net, error);
+    }
+    if (status == PBNDS_OK)
+        status = pbnds_weights_apply(weights_path, &file, s->net, error);
+    if (status == PBNDS_OK) {
+        *shader = &s->base;
+    } else {
+        destroy(&s->base);
+    }
+done:
+    pbnds_safetensors_free(&file);
+    return status;
+}
+
+void pbnds_shader_neural_free(const struct pbnds_shader *shader)
+{
+    if (shader) shader->ops->destroy((struct pbnds_shader *)(uintptr_t)shader);
+}
+
+struct pbnds_window pbnds_padded_window(const struct pbnds_net *net, int width,
+                                        int height)
+{
+    const int multiple = 1 << pbnds_net_deepest_level(net);
+    return (struct pbnds_window){0, 0, (width + multiple - 1) / multiple * multiple,
+                                 (height + multiple - 1) / multiple * multiple};
+}
+
+int pbnds_lights_a_chunk(const struct pbnds_model *model, struct pbnds_window window,
+                         size_t max_memory, int lights)
+{
+    /* float inputs and outputs, and about 96 float channels of activations alive at
+     * once */
+    const size_t a_pixel = sizeof(float) * ((size_t)model->light_channels + 96);
+    const size_t a_light = a_pixel * (size_t)window.width * (size_t)window.height;
+    const size_t budget = max_memory ? max_memory / 2 : (size_t)512 << 20;
+    const size_t fit = budget / a_light;
+    const size_t most = fit < 1 ? 1 : fit > 16 ? 16 : fit;
+    return (int)most < lights ? (int)most : lights > 0 ? lights : 1;
+}

@@ -1,0 +1,40 @@
+/**
+ * @file item.h
+ * A training sample as it is kept in memory: everything that does not change from step
+ * to step is computed once.
+ */
+#ifndef PBNDS_NEURAL_TRAIN_ITEM_H
+#define PBNDS_NEURAL_TRAIN_ITEM_H
+
+#include "neural/data/dataset.h"
+#include "neural/features.h"
+
+struct pbnds_train_item {
+    bool loaded;
+    struct pbnds_view view;
+    struct pbnds_envmap *envmap;
+    struct pbnds_env_light
+        lights[PBNDS_DATASET_LIGHTS]; /**< clusters; unused ones black   */
+    int light_count;
+    float *radiance;      /**< [h, w, 3] reference without the primary emission      */
+    float *direct;        /**< [h, w, 3] its direct part                             */
+    float *specular;      /**< [h, w, 3] narrow specular of the whole map (transport) */
+    uint32_t *visibility; /**< bit i: cluster i is seen, by rays                     */
+    struct pbnds_march march; /**< bit i: cluster i is blocked, by march */
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Loads a sample's folder and precomputes. `transport` says whether the planes only
+ * that model reads are needed. */
+enum pbnds_status pbnds_train_item_load(const char *folder, bool transport,
+                                        struct pbnds_train_item *item,
+                                        struct pbnds_error *error) PBNDS_NODISCARD;
+void pbnds_train_item_free(struct pbnds_train_item *item);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_NEURAL_TRAIN_ITEM_H */

@@ -1,0 +1,262 @@
+#include "neural/view.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "engine/core/parallel.h"
+
+enum { HORIZON_TAPS = 10, MARCH_TAPS = 32 };
+
+/* Depth buffer to camera space and back, without a matrix: x right, y up, z = -depth.
+ */
+struct lens {
+    float cx, cy,
+        focal; /* pixels; focal is height / 2 / tan(yfov / 2), or pixels a metre */
+    bool orthographic;
+};
+
+static struct lens lens_of(const struct pbnds_camera *camera, int width, int height)
+{
+    struct lens l = {0.5f * (float)width, 0.5f * (float)height, 0.0f,
+                     camera->orthographic};
+    const float half = camera->orthographic ? camera->ymag : tanf(0.5f * camera->yfov);
+    l.focal = 0.5f * (float)height / half;
+    return l;
+}
+
+static struct pbnds_vec3 unproject(const struct lens *l, float px, float py,
+                                   float depth)
+{
+    const float scale = (l->orthographic ? 1.0f : depth) / l->focal;
+    return pbnds_vec3_make((px - l->cx) * scale, (l->cy - py) * scale, -depth);
+}
+
+static void project(const struct lens *l, struct pbnds_vec3 p, float *px, float *py)
+{
+    const float scale = l->orthographic ? l->focal : l->focal / -p.z;
+    *px = l->cx + p.x * scale;
+    *py = l->cy - p.y * scale;
+}
+
+/* Half the height of what the image shows at that depth, metres: the unit of length for
+ * everything in screen space, so that neither resolution nor scene scale matters. */
+static float extent_at(const struct lens *l, int height, float depth)
+{
+    return 0.5f * (float)height / l->focal * (l->orthographic ? 1.0f : depth);
+}
+
+static int compare_float(const void *a, const void *b)
+{
+    const float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* Median depth of the covered pixels; the storage behind `scratch` is overwritten. */
+static float median_depth(const float *depth, size_t count, float *scratch)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < count; ++i) {
+        if (isfinite(depth[i])) scratch[n++] = depth[i];
+    }
+    if (n == 0) return 1.0f;
+    qsort(scratch, n, sizeof *scratch, compare_float);
+    return fmaxf(scratch[n / 2], 1e-6f);
+}
+
+struct horizon_job {
+    struct pbnds_view *view;
+    struct lens lens;
+};
+
+static float horizon_towards(const struct horizon_job *job, int x, int y,
+                             struct pbnds_vec3 p, struct pbnds_vec3 n, float dx,
+                             float dy)
+{
+    const struct pbnds_view *v = job->view;
+    const float reach = 0.6f * 0.5f * (float)v->height;
+    const float fade = 1.0f / (1.5f * extent_at(&job->lens, v->height, -p.z));
+    float horizon = 0.0f;
+    for (int k = 1; k <= HORIZON_TAPS; ++k) {
+        const float s = (float)k / HORIZON_TAPS;
+        const float r = fmaxf(reach * s * s, (float)k);
+        const int qx = (int)floorf((float)x + 0.5f + dx * r);
+        const int qy = (int)floorf((float)y + 0.5f + dy * r);
+        if (qx < 0 || qy < 0 || qx >= v->width || qy >= v->height) break;
+        const float depth = v->depth[(size_t)qy * (size_t)v->width + (size_t)qx];
+        if (!isfinite(depth)) continue;
+        const struct pbnds_vec3 q =
+            unproject(&job->lens, (float)qx + 0.5f, (float)qy + 0.5f, depth);
+        const struct pbnds_vec3 d = pbnds_sub(q, p);
+        const float length = pbnds_length(d);
+        if (!(length > 0.0f)) continue;
+        const float weight = fmaxf(1.0f - length * fade, 0.0f);
+        horizon = fmaxf(horizon, weight * pbnds_dot(d, n) / length);
+    }
+    return horizon;
+}
+
+static void horizon_row(void *context, size_t row, int thread)
+{
+    (void)thread;
+    const struct horizon_job *job = context;
+    const struct pbnds_view *v = job->view;
+    const int y = (int)row;
+    for (int x = 0; x < v->width; ++x) {
+        const size_t i = row * (size_t)v->width + (size_t)x;
+        if (!isfinite(v->depth[i])) continue;
+        const struct pbnds_vec3 p =
+            unproject(&job->lens, (float)x + 0.5f, (float)y + 0.5f, v->depth[i]);
+        const struct pbnds_vec3 n = {v->plane[PBNDS_PLANE_NORMAL_X][i],
+                                     v->plane[PBNDS_PLANE_NORMAL_Y][i],
+                                     v->plane[PBNDS_PLANE_NORMAL_Z][i]};
+        for (int k = 0; k < PBNDS_HORIZONS; ++k) {
+            const float a = (float)k * (2.0f * PBNDS_PI / PBNDS_HORIZONS);
+            v->plane[PBNDS_PLANE_HORIZON + k][i] =
+                horizon_towards(job, x, y, p, n, cosf(a), sinf(a));
+        }
+    }
+}
+
+static void copy_pixel(const struct pbnds_gbuffer *g, struct pbnds_view *v, size_t i,
+                       int x, int y, float median)
+{
+    const struct pbnds_camera *c = &g->camera;
+    const struct pbnds_vec3 n = pbnds_camera_from_world_vector(
+        c, pbnds_vec3_make(g->normal[0][i], g->normal[1][i], g->normal[2][i]));
+    const struct pbnds_vec3 wo =
+        pbnds_camera_from_world_vector(c, pbnds_gbuffer_wo(g, x, y));
+    for (int k = 0; k < 3; ++k)
+        v->plane[PBNDS_PLANE_ALBEDO_R + k][i] = g->albedo[k][i];
+    v->plane[PBNDS_PLANE_NORMAL_X][i] = n.x;
+    v->plane[PBNDS_PLANE_NORMAL_Y][i] = n.y;
+    v->plane[PBNDS_PLANE_NORMAL_Z][i] = n.z;
+    v->plane[PBNDS_PLANE_WO_X][i] = wo.x;
+    v->plane[PBNDS_PLANE_WO_Y][i] = wo.y;
+    v->plane[PBNDS_PLANE_WO_Z][i] = wo.z;
+    v->plane[PBNDS_PLANE_SPECULAR][i] = g->specular[i];
+    v->plane[PBNDS_PLANE_ROUGHNESS][i] = g->roughness[i];
+    v->plane[PBNDS_PLANE_METALLIC][i] = g->metallic[i];
+    v->plane[PBNDS_PLANE_N_DOT_V][i] = pbnds_dot(n, wo);
+    v->plane[PBNDS_PLANE_MASK][i] = g->coverage[i];
+    v->plane[PBNDS_PLANE_LOG_DEPTH][i] = logf(fmaxf(g->depth[i], 1e-6f) / median);
+}
+
+enum pbnds_status pbnds_view_create(const struct pbnds_gbuffer *gbuffer,
+                                    struct pbnds_view *view, struct pbnds_error *error)
+{
+    const size_t count = (size_t)gbuffer->width * (size_t)gbuffer->height;
+    *view = (struct pbnds_view){
+        .width = gbuffer->width, .height = gbuffer->height, .camera = gbuffer->camera};
+    view->storage = calloc(count * (PBNDS_PLANE_COUNT + 1), sizeof(float));
+    if (!view->storage) {
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY,
+                          "no memory for the feature planes of a %d x %d image",
+                          gbuffer->width, gbuffer->height);
+    }
+    for (int k = 0; k < PBNDS_PLANE_COUNT; ++k) {
+        view->plane[k] = view->storage + (size_t)k * count;
+    }
+    view->depth = view->storage + (size_t)PBNDS_PLANE_COUNT * count;
+    memcpy(view->depth, gbuffer->depth, count * sizeof(float));
+    /* The horizon planes serve as scratch before they are filled. */
+    float *scratch = view->plane[PBNDS_PLANE_HORIZON];
+    const float median = median_depth(view->depth, count, scratch);
+    memset(scratch, 0, count * sizeof(float));
+    for (int y = 0; y < view->height; ++y) {
+        for (int x = 0; x < view->width; ++x) {
+            const size_t i = (size_t)y * (size_t)view->width + (size_t)x;
+            if (isfinite(view->depth[i])) copy_pixel(gbuffer, view, i, x, y, median);
+        }
+    }
+    struct horizon_job job = {view, lens_of(&view->camera, view->width, view->height)};
+    pbnds_parallel_for((size_t)view->height, horizon_row, &job);
+    return PBNDS_OK;
+}
+
+void pbnds_view_free(struct pbnds_view *view)
+{
+    free(view->storage);
+    *view = (struct pbnds_view){0};
+}
+
+struct march_job {
+    const struct pbnds_view *view;
+    struct lens lens;
+    struct pbnds_vec3 l[32]; /* camera space */
+    int count;
+    struct pbnds_march *march;
+};
+
+/* Walks along l with steps that grow quadratically; bit 0: blocked thin, bit 1: thick.
+ */
+static unsigned march_pixel(const struct march_job *job, struct pbnds_vec3 p,
+                            float jitter, struct pbnds_vec3 l)
+{
+    const struct pbnds_view *v = job->view;
+    const float extent = extent_at(&job->lens, v->height, -p.z);
+    const float first = extent * 3.0f / (float)v->height; /* one and a half pixels */
+    const float reach = 1.5f * extent;
+    const float bias = 0.004f * extent, thin = 0.1f * extent, thick = 0.7f * extent;
+    unsigned blocked = 0;
+    for (int k = 0; k < MARCH_TAPS && blocked != 3u; ++k) {
+        const float s = ((float)k + jitter) / MARCH_TAPS;
+        const struct pbnds_vec3 q = pbnds_mad(p, l, first + reach * s * s);
+        if (-q.z <= 1e-6f) break;
+        float fx, fy;
+        project(&job->lens, q, &fx, &fy);
+        if (!(fx >= 0.0f && fy >= 0.0f && fx < (float)v->width &&
+              fy < (float)v->height)) {
+            break;
+        }
+        const float depth = v->depth[(size_t)fy * (size_t)v->width + (size_t)fx];
+        const float behind = -q.z - depth; /* -inf over the background */
+        if (behind <= bias) continue;
+        if (behind < thin) blocked |= 1u;
+        if (behind < thick) blocked |= 2u;
+    }
+    return blocked;
+}
+
+static void march_row(void *context, size_t row, int thread)
+{
+    (void)thread;
+    const struct march_job *job = context;
+    const struct pbnds_view *v = job->view;
+    /* 4x4 ordered dither: neighbours sample other distances, which hides banding. */
+    static const unsigned char BAYER[4][4] = {
+        {0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
+    for (int x = 0; x < v->width; ++x) {
+        const size_t i = row * (size_t)v->width + (size_t)x;
+        uint32_t thin = 0, thick = 0;
+        if (isfinite(v->depth[i])) {
+            const struct pbnds_vec3 p =
+                unproject(&job->lens, (float)x + 0.5f, (float)row + 0.5f, v->depth[i]);
+            const struct pbnds_vec3 n = {v->plane[PBNDS_PLANE_NORMAL_X][i],
+                                         v->plane[PBNDS_PLANE_NORMAL_Y][i],
+                                         v->plane[PBNDS_PLANE_NORMAL_Z][i]};
+            const float jitter = ((float)BAYER[row & 3u][x & 3] + 0.5f) / 16.0f;
+            for (int k = 0; k < job->count; ++k) {
+                if (pbnds_dot(n, job->l[k]) <= 0.0f)
+                    continue; /* faces away: no march */
+                const unsigned blocked = march_pixel(job, p, jitter, job->l[k]);
+                thin |= (blocked & 1u) << k;
+                thick |= (blocked >> 1) << k;
+            }
+        }
+        job->march->thin[i] = thin;
+        job->march->thick[i] = thick;
+    }
+}
+
+void pbnds_view_march(const struct pbnds_view *view, const struct pbnds_vec3 *wi,
+                      int count, struct pbnds_march *march)
+{
+    struct march_job job = {.view = view,
+                            .lens = lens_of(&view->camera, view->width, view->height),
+                            .count = count,
+                            .march = march};
+    for (int k = 0; k < count; ++k) {
+        job.l[k] = pbnds_camera_from_world_vector(&view->camera, wi[k]);
+    }
+    pbnds_parallel_for((size_t)view->height, march_row, &job);
+}
