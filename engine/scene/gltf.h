@@ -24,6 +24,14 @@ enum pbnds_status pbnds_gltf_load(const char *path, const struct pbnds_report *r
                                   struct pbnds_scene *scene,
                                   struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** The same from a file that is already in memory; `name` is for messages. URIs are looked
+ *  for below `folder`; NULL: none may be opened. */
+enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size, const char *name,
+                                         const char *folder,
+                                         const struct pbnds_report *report,
+                                         struct pbnds_scene *scene,
+                                         struct pbnds_error *error) PBNDS_NODISCARD;
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,0 +1,62 @@
+/**
+ * @file gltf_load.h
+ * What the files of the glTF loader share: gltf.c (nodes, cameras), gltf_access.c
+ * (typed reads), gltf_mesh.c (primitives), gltf_material.c (materials, textures).
+ * Private.
+ */
+#ifndef PBNDS_ENGINE_SCENE_GLTF_LOAD_H
+#define PBNDS_ENGINE_SCENE_GLTF_LOAD_H
+
+#include "engine/core/mat4.h"
+#include "engine/core/report.h"
+#include "engine/scene/gltf_shim.h"
+#include "engine/scene/gltf_source.h"
+#include "engine/scene/scene.h"
+
+/** A load in progress. */
+struct pbnds_gltf_load_state {
+    const char *name;
+    const struct pbnds_report *report;
+    struct pbnds_error *error;
+    struct pbnds_gltf_source source;
+    struct pbnds_gltf_document doc;
+    struct pbnds_scene *scene;
+    struct pbnds_mat4 *world;  /**< of each node                                */
+    bool *in_scene;            /**< node belongs to the scene that is loaded    */
+    uint64_t geometry_bytes;   /**< of the meshes so far, against a bomb        */
+    size_t skipped_primitives; /**< points and lines                            */
+    bool morphs, more_joints;  /**< seen, for a warning                         */
+};
+
+/** Copies a name into 64 bytes, cut at a whole UTF-8 character; `what N` if it is
+ * empty. */
+void pbnds_gltf_name(char out[64], const char *name, const char *what, size_t index);
+
+/** Accessor `index`, checked against its buffer (the whole range lies inside) and
+ * against `width` components. Errors: FORMAT, IO. `what` names the user in messages. */
+enum pbnds_status
+pbnds_gltf_accessor_at(struct pbnds_gltf_load_state *g, int64_t index, int width,
+                       const char *what,
+                       const struct pbnds_gltf_accessor **accessor) PBNDS_NODISCARD;
+/** count * width floats, integers normalised where the accessor says so, sparse values
+ *  applied. Every value must be finite. */
+enum pbnds_status pbnds_gltf_read_floats(struct pbnds_gltf_load_state *g,
+                                         const struct pbnds_gltf_accessor *accessor,
+                                         const char *what, float *out) PBNDS_NODISCARD;
+/** count unsigned integers below `limit` of a SCALAR accessor. */
+enum pbnds_status pbnds_gltf_read_indices(struct pbnds_gltf_load_state *g,
+                                          const struct pbnds_gltf_accessor *accessor,
+                                          uint64_t limit,
+                                          uint32_t *out) PBNDS_NODISCARD;
+/** The bytes of buffer view `index`. */
+enum pbnds_status pbnds_gltf_view_bytes(struct pbnds_gltf_load_state *g, int64_t index,
+                                        const char *what, const uint8_t **data,
+                                        uint64_t *size) PBNDS_NODISCARD;
+
+/** Materials (the default one last), textures and decoded images. */
+enum pbnds_status pbnds_gltf_materials(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+/** Appends the primitives of one node's mesh to the scene, which has room for them. */
+enum pbnds_status pbnds_gltf_node_meshes(struct pbnds_gltf_load_state *g,
+                                         size_t node) PBNDS_NODISCARD;
+
+#endif /* PBNDS_ENGINE_SCENE_GLTF_LOAD_H */

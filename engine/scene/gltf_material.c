@@ -1,0 +1,298 @@
+#include <float.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "engine/core/parallel.h"
+#include "engine/scene/gltf_load.h"
+
+/* Textures and images of the file are numbered anew: only those that a material samples
+ * are decoded and kept. */
+struct remap {
+    int *texture; /* of the document -> of the scene, -1: not used (yet) */
+    int *image;
+};
+
+/** One image to decode, on any thread. */
+struct decode_job {
+    const uint8_t *bytes;
+    uint64_t size;
+    char name[512];
+    enum pbnds_status status;
+    struct pbnds_error error;
+    struct pbnds_pixels *pixels;
+};
+
+/* What all images together may take once decoded. */
+static const uint64_t max_decoded = (uint64_t)8 << 30;
+
+static float unit(double x)
+{
+    return x > 0.0 ? (x < 1.0 ? (float)x : 1.0f) : 0.0f;
+}
+
+static enum pbnds_wrap wrap_of(int gl)
+{
+    return gl == 33071 ? PBNDS_WRAP_CLAMP
+                       : (gl == 33648 ? PBNDS_WRAP_MIRROR : PBNDS_WRAP_REPEAT);
+}
+
+static enum pbnds_status add_image(struct pbnds_gltf_load_state *g, struct remap *map,
+                                   int64_t image, int *out)
+{
+    if ((uint64_t)image >= g->doc.image_count) {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: a texture refers to image %lld, which does not exist",
+                          g->name, (long long)image);
+    }
+    if (map->image[image] < 0) map->image[image] = g->scene->image_count++;
+    *out = map->image[image];
+    return PBNDS_OK;
+}
+
+/** The scene's number of a texture of the document; -1 when it has no image. */
+static enum pbnds_status add_texture(struct pbnds_gltf_load_state *g, struct remap *map,
+                                     int64_t index, int *out)
+{
+    *out = -1;
+    if (index < 0) return PBNDS_OK;
+    if ((uint64_t)index >= g->doc.texture_count) {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: a material refers to texture %lld, which does not exist",
+                          g->name, (long long)index);
+    }
+    const struct pbnds_gltf_texture *source = &g->doc.textures[index];
+    if (source->image < 0) return PBNDS_OK; /* e.g. only in a format of an extension */
+    if (map->texture[index] >= 0) {
+        *out = map->texture[index];
+        return PBNDS_OK;
+    }
+    struct pbnds_texture texture = {.wrap_u = PBNDS_WRAP_REPEAT,
+                                    .wrap_v = PBNDS_WRAP_REPEAT};
+    if (source->sampler >= 0) {
+        if ((uint64_t)source->sampler >= g->doc.sampler_count) {
+            return pbnds_fail(
+                g->error, PBNDS_ERROR_FORMAT,
+                "%s: texture %lld refers to sampler %lld, which does not exist",
+                g->name, (long long)index, (long long)source->sampler);
+        }
+        const struct pbnds_gltf_sampler *s = &g->doc.samplers[source->sampler];
+        texture.wrap_u = wrap_of(s->wrap_s);
+        texture.wrap_v = wrap_of(s->wrap_t);
+        texture.nearest = s->mag_filter == 9728;
+    }
+    int image = -1;
+    PBNDS_TRY(add_image(g, map, source->image, &image));
+    texture.pixels = &g->scene->images[image];
+    *out = map->texture[index] = g->scene->texture_count;
+    g->scene->textures[g->scene->texture_count++] = texture;
+    return PBNDS_OK;
+}
+
+static enum pbnds_status add_ref(struct pbnds_gltf_load_state *g, struct remap *map,
+                                 const struct pbnds_gltf_texture_info *info,
+                                 struct pbnds_texture_ref *ref)
+{
+    ref->texcoord = 0;
+    ref->texture = -1;
+    if (info->index >= 0 && (info->texcoord < 0 || info->texcoord > 1)) {
+        pbnds_warn(g->report,
+                   "%s: a texture uses TEXCOORD_%lld and is left out, only 0 and 1 "
+                   "are read",
+                   g->name, (long long)info->texcoord);
+        return PBNDS_OK;
+    }
+    PBNDS_TRY(add_texture(g, map, info->index, &ref->texture));
+    ref->texcoord = ref->texture >= 0 ? (int)info->texcoord : 0;
+    return PBNDS_OK;
+}
+
+/** Reflectance at normal incidence. KHR_materials_ior: an ior of 0 stands for infinity.
+ */
+static float dielectric_f0(double ior, double specular)
+{
+    const double r = ior > 0.0 ? (ior - 1.0) / (ior + 1.0) : 1.0;
+    return unit(r * r * (double)unit(specular));
+}
+
+static struct pbnds_material default_material(void)
+{
+    struct pbnds_material m = {
+        .base_color = {1, 1, 1, 1},
+        .metallic = 1,
+        .roughness = 1,
+        .dielectric_f0 = dielectric_f0(1.5, 1.0),
+        .normal_scale = 1,
+        .alpha_cutoff = 0.5f,
+        .base_color_texture = {-1, 0},
+        .metallic_roughness_texture = {-1, 0},
+        .normal_texture = {-1, 0},
+        .emissive_texture = {-1, 0},
+    };
+    pbnds_gltf_name(m.name, "default", "material", 0);
+    return m;
+}
+
+static enum pbnds_status convert_factors(struct pbnds_gltf_load_state *g, size_t index,
+                                         struct pbnds_material *m)
+{
+    const struct pbnds_gltf_material *s = &g->doc.materials[index];
+    pbnds_gltf_name(m->name, s->name, "material", index);
+    m->base_color = (struct pbnds_vec4){unit(s->base_color[0]), unit(s->base_color[1]),
+                                        unit(s->base_color[2]), unit(s->base_color[3])};
+    m->metallic = unit(s->metallic);
+    m->roughness = unit(s->roughness);
+    m->dielectric_f0 = dielectric_f0(s->ior, s->specular);
+    float emissive[3];
+    for (int i = 0; i < 3; ++i) {
+        const double e = s->emissive[i] * s->emissive_strength;
+        if (!(e >= 0.0 && e <= (double)FLT_MAX)) {
+            return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                              "%s: material %zu emits %g, which is not a radiance",
+                              g->name, index, e);
+        }
+        emissive[i] = (float)e;
+    }
+    m->emissive = pbnds_vec3_make(emissive[0], emissive[1], emissive[2]);
+    m->normal_scale = fabs(s->normal_scale) < 1e6 ? (float)s->normal_scale : 1.0f;
+    m->alpha_cutoff =
+        s->alpha_cutoff >= 0.0 && s->alpha_cutoff < 1e6 ? (float)s->alpha_cutoff : 0.5f;
+    m->double_sided = s->double_sided;
+    if (strcmp(s->alpha_mode, "OPAQUE") == 0)
+        m->alpha_mode = PBNDS_ALPHA_OPAQUE;
+    else if (strcmp(s->alpha_mode, "MASK") == 0)
+        m->alpha_mode = PBNDS_ALPHA_MASK;
+    else if (strcmp(s->alpha_mode, "BLEND") == 0)
+        m->alpha_mode = PBNDS_ALPHA_BLEND;
+    else {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: material %zu has an unknown alphaMode", g->name, index);
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status convert_material(struct pbnds_gltf_load_state *g,
+                                          struct remap *map, size_t index,
+                                          struct pbnds_material *m)
+{
+    const struct pbnds_gltf_material *s = &g->doc.materials[index];
+    *m = default_material();
+    PBNDS_TRY(convert_factors(g, index, m));
+    PBNDS_TRY(add_ref(g, map, &s->base_color_texture, &m->base_color_texture));
+    PBNDS_TRY(add_ref(g, map, &s->metallic_roughness_texture,
+                      &m->metallic_roughness_texture));
+    PBNDS_TRY(add_ref(g, map, &s->normal_texture, &m->normal_texture));
+    return add_ref(g, map, &s->emissive_texture, &m->emissive_texture);
+}
+
+/** The encoded bytes of an image: a buffer view or what its URI names. */
+static enum pbnds_status find_image(struct pbnds_gltf_load_state *g, size_t index,
+                                    struct decode_job *job)
+{
+    struct pbnds_gltf_payload *payload = &g->source.images[index];
+    const int64_t view = g->doc.image_views[index];
+    (void)snprintf(job->name, sizeof job->name, "%.400s, image %zu", g->name, index);
+    if (view >= 0 || !payload->uri) {
+        return pbnds_gltf_view_bytes(g, view, "an image", &job->bytes, &job->size);
+    }
+    if (strncmp(payload->uri, "data:", 5) != 0) {
+        (void)snprintf(job->name, sizeof job->name, "%.300s, image \"%.180s\"", g->name,
+                       payload->uri);
+    }
+    PBNDS_TRY(pbnds_gltf_resolve(&g->source, payload, "image", index, g->error));
+    job->bytes = payload->data;
+    job->size = payload->size;
+    return PBNDS_OK;
+}
+
+static void decode_one(void *context, size_t i, int thread)
+{
+    (void)thread;
+    struct decode_job *job = (struct decode_job *)context + i;
+    job->status = pbnds_pixels_decode(job->bytes, (size_t)job->size, job->name,
+                                      job->pixels, &job->error);
+}
+
+/** Bytes that decoded pixels take. */
+static uint64_t pixels_size(const struct pbnds_pixels *p)
+{
+    return (uint64_t)p->width * (uint64_t)p->height * (p->f32 ? 16u : 4u);
+}
+
+static enum pbnds_status decode_images(struct pbnds_gltf_load_state *g,
+                                       const struct remap *map)
+{
+    const size_t count = (size_t)g->scene->image_count;
+    struct decode_job *jobs = calloc(count + 1, sizeof *jobs);
+    if (!jobs)
+        return pbnds_fail(g->error, PBNDS_ERROR_MEMORY, "%s: no memory", g->name);
+    enum pbnds_status status = PBNDS_OK;
+    for (size_t i = 0; i < g->doc.image_count && status == PBNDS_OK; ++i) {
+        if (map->image[i] < 0) continue;
+        struct decode_job *job = &jobs[map->image[i]];
+        job->pixels = &g->scene->images[map->image[i]];
+        status = find_image(g, i, job);
+    }
+    /* A few at a time, so that a bomb is seen before it fills the memory. */
+    uint64_t decoded = 0;
+    for (size_t i = 0; i < count && status == PBNDS_OK;) {
+        const size_t threads = (size_t)pbnds_threads();
+        const size_t batch = count - i < threads ? count - i : threads;
+        pbnds_parallel_for(batch, decode_one, jobs + i);
+        for (size_t end = i + batch; i < end && status == PBNDS_OK; ++i) {
+            status = jobs[i].status;
+            if (status != PBNDS_OK && g->error) *g->error = jobs[i].error;
+            decoded += pixels_size(jobs[i].pixels);
+        }
+        pbnds_progress(g->report, "textures", (double)i, (double)count);
+        if (status == PBNDS_OK && pbnds_stop_requested()) {
+            status = pbnds_fail_interrupted(g->error);
+        }
+        if (status == PBNDS_OK && decoded > max_decoded) {
+            status = pbnds_fail(g->error, PBNDS_ERROR_MEMORY,
+                                "%s: its textures take more than 8 GiB", g->name);
+        }
+    }
+    free(jobs);
+    return status;
+}
+
+static bool make_room(struct pbnds_gltf_load_state *g, struct remap *map)
+{
+    const struct pbnds_gltf_document *d = &g->doc;
+    g->scene->materials = calloc(d->material_count + 1, sizeof *g->scene->materials);
+    g->scene->textures = calloc(d->texture_count + 1, sizeof *g->scene->textures);
+    g->scene->images = calloc(d->image_count + 1, sizeof *g->scene->images);
+    map->texture = malloc((d->texture_count + 1) * sizeof *map->texture);
+    map->image = malloc((d->image_count + 1) * sizeof *map->image);
+    if (!g->scene->materials || !g->scene->textures || !g->scene->images ||
+        !map->texture || !map->image) {
+        return false;
+    }
+    for (size_t i = 0; i < d->texture_count; ++i)
+        map->texture[i] = -1;
+    for (size_t i = 0; i < d->image_count; ++i)
+        map->image[i] = -1;
+    return true;
+}
+
+enum pbnds_status pbnds_gltf_materials(struct pbnds_gltf_load_state *g)
+{
+    struct remap map = {0};
+    enum pbnds_status status = PBNDS_OK;
+    if (!make_room(g, &map)) {
+        status = pbnds_fail(g->error, PBNDS_ERROR_MEMORY, "%s: no memory for materials",
+                            g->name);
+    }
+    for (size_t i = 0; i < g->doc.material_count && status == PBNDS_OK; ++i) {
+        status = convert_material(g, &map, i, &g->scene->materials[i]);
+        ++g->scene->material_count;
+    }
+    if (status == PBNDS_OK) {
+        g->scene->materials[g->scene->material_count++] = default_material();
+        status = decode_images(g, &map);
+    }
+    free(map.texture);
+    free(map.image);
+    return status;
+}

@@ -1,0 +1,143 @@
+/**
+ * @file gltf_shim.h
+ * The structure of a glTF file as plain C, read by tinygltf (gltf_shim.cpp is the only
+ * file that includes it). Nothing here is checked beyond JSON types: indices may be out
+ * of range, counts absurd. gltf.c and its helpers check before they use.
+ */
+#ifndef PBNDS_ENGINE_SCENE_GLTF_SHIM_H
+#define PBNDS_ENGINE_SCENE_GLTF_SHIM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "engine/core/error.h"
+
+/** GL constants, as glTF stores them. */
+enum pbnds_gltf_component {
+    PBNDS_GLTF_BYTE = 5120,
+    PBNDS_GLTF_UBYTE = 5121,
+    PBNDS_GLTF_SHORT = 5122,
+    PBNDS_GLTF_USHORT = 5123,
+    PBNDS_GLTF_UINT = 5125,
+    PBNDS_GLTF_FLOAT = 5126,
+};
+
+struct pbnds_gltf_view {
+    int64_t buffer;
+    uint64_t offset, length, stride; /**< stride 0: tightly packed */
+};
+
+struct pbnds_gltf_accessor {
+    int64_t view; /**< < 0: zeros */
+    uint64_t offset, count;
+    int component; /**< enum pbnds_gltf_component or anything else */
+    int width;     /**< 1 SCALAR, 2 to 4 VECn, 16 MAT4, 0 anything else */
+    bool normalized, sparse;
+    int64_t sparse_count, sparse_index_view, sparse_index_offset, sparse_value_view,
+        sparse_value_offset;
+    int sparse_index_component;
+};
+
+/** Accessors of one primitive; < 0 means absent. */
+struct pbnds_gltf_primitive {
+    int64_t position, normal, tangent, uv[2], color, joints, weights, indices;
+    int64_t material;
+    int mode;         /**< 0 points ... 4 triangles, 5 strip, 6 fan */
+    bool more_joints; /**< has JOINTS_1 */
+    bool morphed;     /**< has targets  */
+};
+
+struct pbnds_gltf_mesh {
+    const char *name;
+    const struct pbnds_gltf_primitive *primitives;
+    size_t primitive_count;
+};
+
+struct pbnds_gltf_node {
+    const char *name;
+    int64_t mesh, skin, camera;
+    const int *children;
+    size_t child_count;
+    const double *matrix, *translation, *rotation, *scale;
+    size_t matrix_count, translation_count, rotation_count, scale_count;
+};
+
+struct pbnds_gltf_list {
+    const int *items;
+    size_t count;
+};
+
+struct pbnds_gltf_skin {
+    struct pbnds_gltf_list joints;
+    int64_t inverse_bind; /**< accessor, < 0: identity */
+};
+
+struct pbnds_gltf_camera {
+    const char *name;
+    bool orthographic;
+    double yfov, ymag;
+};
+
+struct pbnds_gltf_texture_info {
+    int64_t index, texcoord;
+};
+
+struct pbnds_gltf_material {
+    const char *name, *alpha_mode;
+    double base_color[4], metallic, roughness, emissive[3], emissive_strength;
+    double normal_scale, alpha_cutoff, ior, specular;
+    bool double_sided;
+    struct pbnds_gltf_texture_info base_color_texture, metallic_roughness_texture,
+        normal_texture, emissive_texture;
+};
+
+struct pbnds_gltf_texture {
+    int64_t sampler, image;
+};
+
+struct pbnds_gltf_sampler {
+    int mag_filter, wrap_s, wrap_t;
+};
+
+struct pbnds_gltf_document {
+    const char *version, *min_version;
+    const char *const *extensions_used, *const *extensions_required;
+    size_t extensions_used_count, extensions_required_count;
+    struct pbnds_gltf_view *views;
+    struct pbnds_gltf_accessor *accessors;
+    struct pbnds_gltf_mesh *meshes;
+    struct pbnds_gltf_node *nodes;
+    struct pbnds_gltf_list *scenes;
+    struct pbnds_gltf_skin *skins;
+    struct pbnds_gltf_camera *cameras;
+    struct pbnds_gltf_material *materials;
+    struct pbnds_gltf_texture *textures;
+    struct pbnds_gltf_sampler *samplers;
+    int64_t *image_views; /**< bufferView of each image, < 0: it has a URI */
+    size_t view_count, accessor_count, mesh_count, node_count, scene_count, skin_count,
+        camera_count, material_count, texture_count, sampler_count, image_count,
+        buffer_count, animation_count;
+    int64_t scene;     /**< default scene, < 0: none named */
+    const char *notes; /**< what the parser grumbled about, may be empty */
+    void *owner;       /**< what every pointer above points into */
+};
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/**
+ * Parses the JSON of a glTF file. No file is opened and no payload is read: the text
+ * must have been through pbnds_gltf_scan(), which takes buffers and URIs out of it.
+ * `name` is for the message. Errors: FORMAT, MEMORY.
+ */
+enum pbnds_status pbnds_gltf_parse(const char *json, size_t size, const char *name,
+                                   struct pbnds_gltf_document *document,
+                                   struct pbnds_error *error) PBNDS_NODISCARD;
+void pbnds_gltf_document_free(struct pbnds_gltf_document *document);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PBNDS_ENGINE_SCENE_GLTF_SHIM_H */
