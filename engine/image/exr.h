@@ -61,8 +61,8 @@ struct pbnds_exr {
 extern "C" {
 #endif
 
-/** Reads every channel and every attribute of the four kinds above. The data window may
- *  be offset; its size is the image's. Errors: IO, FORMAT (truncated, damaged, 0x0),
+/** Reads every channel and every attribute of the four kinds above (not strings over 511
+ *  bytes). The data window may be offset; its size is the image's. Errors: IO, FORMAT (truncated, damaged, 0x0),
  *  UNSUPPORTED, MEMORY (over 2^31 bytes of planes). */
 enum pbnds_status pbnds_exr_read(const char *path, struct pbnds_exr *exr,
                                  struct pbnds_error *error) PBNDS_NODISCARD;
@@ -76,8 +76,9 @@ const struct pbnds_exr_channel *pbnds_exr_find(const struct pbnds_exr *exr,
 const struct pbnds_exr_attribute *pbnds_exr_find_attribute(const struct pbnds_exr *exr,
                                                            const char *name);
 
-/** Writes atomically (file.h). Channels may come in any order. Pure: the same input gives
- *  the same bytes. */
+/** Writes atomically (file.h). Channels may come in any order. Attributes that follow from
+ *  the planes (type, name, version, chunkCount) are left out; the others the format needs
+ *  are 0 or 1 by default. Pure: the same input gives the same bytes. */
 enum pbnds_status pbnds_exr_write(const char *path, const struct pbnds_exr *exr,
                                   struct pbnds_error *error) PBNDS_NODISCARD;
 

@@ -32,7 +32,7 @@ enum pbnds_status pbnds_pixels_decode(const void *bytes, size_t size, const char
 void pbnds_pixels_free(struct pbnds_pixels *pixels);
 
 /** Reads a light map or picture as 3-channel float, as stored (linear for HDR and EXR; an
- *  8-bit picture is decoded from sRGB to linear). NaN, infinity and negatives are
+ *  8- or 16-bit picture is decoded from sRGB to linear). NaN, infinity and negatives are
  *  replaced: NaN and negative by 0, +inf by the largest finite value of the file.
  *  Errors: IO, FORMAT, UNSUPPORTED, MEMORY. */
 enum pbnds_status pbnds_image_read_rgb(const char *path, struct pbnds_image *image,
