@@ -1,0 +1,279 @@
+/* The glb container (glTF 2.0, chapter 4): JSON chunk, binary chunk. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "engine/core/file.h"
+#include "scenes/generator/world.h"
+
+enum { FLOAT = 5126, USHORT = 5123, UINT = 5125, VERTICES = 34962, INDICES = 34963 };
+
+/* JSON arrays grow side by side with the binary block. */
+struct glb {
+    struct gen_bytes bin, views, accessors;
+    int view_count, accessor_count;
+};
+
+static int add_view(struct glb *g, const void *data, size_t size, int target)
+{
+    gen_bytes_align(&g->bin, 0);
+    gen_bytes_print(&g->views, "%s{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu",
+                    g->view_count ? "," : "", g->bin.size, size);
+    if (target) gen_bytes_print(&g->views, ",\"target\":%d", target);
+    gen_bytes_print(&g->views, "}");
+    gen_bytes_add(&g->bin, data, size);
+    return g->view_count++;
+}
+
+static int add_accessor(struct glb *g, int view, int type, size_t count,
+                        const char *shape, const char *extra)
+{
+    gen_bytes_print(&g->accessors,
+                    "%s{\"bufferView\":%d,\"componentType\":%d,\"count\":%zu,"
+                    "\"type\":\"%s\"%s}",
+                    g->accessor_count ? "," : "", view, type, count, shape, extra);
+    return g->accessor_count++;
+}
+
+static int add_positions(struct glb *g, const struct gen_mesh *m)
+{
+    char bounds[256];
+    struct pbnds_vec3 lo, hi;
+    gen_mesh_bounds(m, &lo, &hi);
+    (void)snprintf(bounds, sizeof bounds,
+                   ",\"min\":[%.9g,%.9g,%.9g],\"max\":[%.9g,%.9g,%.9g]", (double)lo.x,
+                   (double)lo.y, (double)lo.z, (double)hi.x, (double)hi.y,
+                   (double)hi.z);
+    const int view =
+        add_view(g, m->position, m->vertex_count * sizeof *m->position, VERTICES);
+    return add_accessor(g, view, FLOAT, m->vertex_count, "VEC3", bounds);
+}
+
+static int add_floats(struct glb *g, const void *data, size_t count, int width)
+{
+    static const char *const shapes[5] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+    const int view = add_view(g, data, count * (size_t)width * sizeof(float), VERTICES);
+    return add_accessor(g, view, FLOAT, count, shapes[width], "");
+}
+
+static int add_indices(struct glb *g, const struct gen_mesh *m)
+{
+    if (m->vertex_count > 65535) {
+        const int view =
+            add_view(g, m->index, m->index_count * sizeof *m->index, INDICES);
+        return add_accessor(g, view, UINT, m->index_count, "SCALAR", "");
+    }
+    uint16_t *narrow = malloc(m->index_count * sizeof *narrow);
+    if (!narrow) {
+        g->bin.failed = true;
+        return 0;
+    }
+    for (size_t i = 0; i < m->index_count; ++i)
+        narrow[i] = (uint16_t)m->index[i];
+    const int view = add_view(g, narrow, m->index_count * sizeof *narrow, INDICES);
+    free(narrow);
+    return add_accessor(g, view, USHORT, m->index_count, "SCALAR", "");
+}
+
+static void print_primitive(struct glb *g, struct gen_bytes *json,
+                            const struct gen_world *w, const struct gen_part *part)
+{
+    const struct gen_mesh *m = &part->mesh;
+    const struct gen_material *material = &w->materials[part->material];
+    const bool textured = material->color_image >= 0 || material->surface_image >= 0 ||
+                          material->normal_image >= 0;
+    gen_bytes_print(json, "{\"attributes\":{\"POSITION\":%d", add_positions(g, m));
+    gen_bytes_print(json, ",\"NORMAL\":%d",
+                    add_floats(g, m->normal, m->vertex_count, 3));
+    if (textured) {
+        gen_bytes_print(json, ",\"TEXCOORD_0\":%d",
+                        add_floats(g, m->uv, m->vertex_count, 2));
+    }
+    if (m->tangent) {
+        gen_bytes_print(json, ",\"TANGENT\":%d",
+                        add_floats(g, m->tangent, m->vertex_count, 4));
+    }
+    gen_bytes_print(json, "},\"indices\":%d,\"material\":%d}", add_indices(g, m),
+                    part->material);
+}
+
+static void print_meshes(struct glb *g, struct gen_bytes *json,
+                         const struct gen_world *w)
+{
+    gen_bytes_print(json, ",\"meshes\":[");
+    for (int i = 0; i < w->object_count; ++i) {
+        const struct gen_object *o = &w->objects[i];
+        gen_bytes_print(json, "%s{\"primitives\":[", i ? "," : "");
+        for (int k = 0; k < o->part_count; ++k) {
+            if (k) gen_bytes_print(json, ",");
+            print_primitive(g, json, w, &w->parts[o->first_part + k]);
+        }
+        gen_bytes_print(json, "]}");
+    }
+    gen_bytes_print(json, "]");
+}
+
+/* Quaternion of a camera at eye that looks at target along its -z, +y up. */
+static struct pbnds_vec4 look_rotation(struct pbnds_vec3 eye, struct pbnds_vec3 target)
+{
+    const struct pbnds_vec3 d = pbnds_normalize(pbnds_sub(target, eye));
+    const float yaw = atan2f(-d.x, -d.z), pitch = asinf(pbnds_clamp(d.y, -1.0f, 1.0f));
+    return gen_quat_mul(gen_turn(pbnds_vec3_make(0.0f, 1.0f, 0.0f), yaw),
+                        gen_turn(pbnds_vec3_make(1.0f, 0.0f, 0.0f), pitch));
+}
+
+static void print_pose(struct gen_bytes *json, struct pbnds_vec3 t, struct pbnds_vec4 q)
+{
+    gen_bytes_print(
+        json, "\"translation\":[%.9g,%.9g,%.9g],\"rotation\":[%.9g,%.9g,%.9g,%.9g]",
+        (double)t.x, (double)t.y, (double)t.z, (double)q.x, (double)q.y, (double)q.z,
+        (double)q.w);
+}
+
+static void print_nodes(struct gen_bytes *json, const struct gen_world *w)
+{
+    gen_bytes_print(json, ",\"nodes\":[");
+    for (int i = 0; i < w->object_count; ++i) {
+        const struct gen_object *o = &w->objects[i];
+        const double s = (double)o->scale;
+        gen_bytes_print(json, "%s{\"name\":\"object_%d\",\"mesh\":%d,", i ? "," : "", i,
+                        i);
+        print_pose(json, o->translation, o->rotation);
+        gen_bytes_print(json, ",\"scale\":[%.9g,%.9g,%.9g]}", s, s, s);
+    }
+    if (w->camera.yfov > 0.0f) {
+        gen_bytes_print(json, ",{\"name\":\"main\",\"camera\":0,");
+        print_pose(json, w->camera.eye, look_rotation(w->camera.eye, w->camera.target));
+        gen_bytes_print(json, "}");
+    }
+    gen_bytes_print(json, "],\"scenes\":[{\"nodes\":[");
+    const int count = w->object_count + (w->camera.yfov > 0.0f);
+    for (int i = 0; i < count; ++i)
+        gen_bytes_print(json, "%s%d", i ? "," : "", i);
+    gen_bytes_print(json, "]}],\"scene\":0");
+    if (w->camera.yfov > 0.0f) {
+        gen_bytes_print(json,
+                        ",\"cameras\":[{\"name\":\"main\",\"type\":\"perspective\","
+                        "\"perspective\":{\"yfov\":%.9g,\"znear\":0.01}}]",
+                        (double)w->camera.yfov);
+    }
+}
+
+/* A material's texture factors are 1 where the image carries the value. */
+static void print_material(struct gen_bytes *json, const struct gen_material *m)
+{
+    const struct pbnds_vec3 c = m->base_color;
+    gen_bytes_print(json,
+                    "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[%.9g,%.9g,%.9g,1]",
+                    (double)c.x, (double)c.y, (double)c.z);
+    gen_bytes_print(json, ",\"metallicFactor\":%.9g,\"roughnessFactor\":%.9g",
+                    (double)m->metallic, (double)m->roughness);
+    if (m->color_image >= 0) {
+        gen_bytes_print(json, ",\"baseColorTexture\":{\"index\":%d}", m->color_image);
+    }
+    if (m->surface_image >= 0) {
+        gen_bytes_print(json, ",\"metallicRoughnessTexture\":{\"index\":%d}",
+                        m->surface_image);
+    }
+    gen_bytes_print(json, "}");
+    if (m->normal_image >= 0) {
+        gen_bytes_print(json, ",\"normalTexture\":{\"index\":%d,\"scale\":%.9g}",
+                        m->normal_image, (double)m->normal_scale);
+    }
+    if (m->double_sided) gen_bytes_print(json, ",\"doubleSided\":true");
+    const bool ior = m->ior != 1.5f, specular = m->specular != 1.0f;
+    if (ior || specular) gen_bytes_print(json, ",\"extensions\":{");
+    if (ior)
+        gen_bytes_print(json, "\"KHR_materials_ior\":{\"ior\":%.9g}", (double)m->ior);
+    if (ior && specular) gen_bytes_print(json, ",");
+    if (specular) {
+        gen_bytes_print(json, "\"KHR_materials_specular\":{\"specularFactor\":%.9g}",
+                        (double)m->specular);
+    }
+    if (ior || specular) gen_bytes_print(json, "}");
+    gen_bytes_print(json, "}");
+}
+
+static void print_materials(struct gen_bytes *json, const struct gen_world *w)
+{
+    bool ior = false, specular = false;
+    gen_bytes_print(json, ",\"materials\":[");
+    for (int i = 0; i < w->material_count; ++i) {
+        if (i) gen_bytes_print(json, ",");
+        print_material(json, &w->materials[i]);
+        ior = ior || w->materials[i].ior != 1.5f;
+        specular = specular || w->materials[i].specular != 1.0f;
+    }
+    gen_bytes_print(json, "]");
+    if (ior || specular) {
+        gen_bytes_print(json, ",\"extensionsUsed\":[%s%s%s]",
+                        ior ? "\"KHR_materials_ior\"" : "", ior && specular ? "," : "",
+                        specular ? "\"KHR_materials_specular\"" : "");
+    }
+}
+
+static void print_images(struct glb *g, struct gen_bytes *json,
+                         const struct gen_world *w)
+{
+    if (w->image_count == 0) return;
+    gen_bytes_print(json, ",\"images\":[");
+    for (int i = 0; i < w->image_count; ++i) {
+        const int view = add_view(g, w->images[i].data, w->images[i].size, 0);
+        gen_bytes_print(json, "%s{\"bufferView\":%d,\"mimeType\":\"image/png\"}",
+                        i ? "," : "", view);
+    }
+    gen_bytes_print(json, "],\"textures\":[");
+    for (int i = 0; i < w->image_count; ++i) {
+        gen_bytes_print(json, "%s{\"source\":%d}", i ? "," : "", i);
+    }
+    gen_bytes_print(json, "]");
+}
+
+static void add_word(struct gen_bytes *b, size_t x)
+{
+    uint8_t bytes[4];
+    for (int i = 0; i < 4; ++i)
+        bytes[i] = (uint8_t)(x >> (8 * i));
+    gen_bytes_add(b, bytes, 4);
+}
+
+enum pbnds_status gen_glb_write(struct gen_world *w, const char *path,
+                                struct pbnds_error *error)
+{
+    struct glb g = {.view_count = 0};
+    struct gen_bytes json = {.size = 0}, file = {.size = 0};
+    enum pbnds_status status;
+    gen_bytes_print(&json, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"pbnds\"}");
+    print_meshes(&g, &json, w);
+    print_nodes(&json, w);
+    print_materials(&json, w);
+    print_images(&g, &json, w);
+    gen_bytes_print(&json, ",\"bufferViews\":[");
+    gen_bytes_add(&json, g.views.data, g.views.size);
+    gen_bytes_print(&json, "],\"accessors\":[");
+    gen_bytes_add(&json, g.accessors.data, g.accessors.size);
+    gen_bytes_align(&g.bin, 0);
+    gen_bytes_print(&json, "],\"buffers\":[{\"byteLength\":%zu}]}", g.bin.size);
+    gen_bytes_align(&json, ' ');
+    gen_bytes_add(&file, "glTF", 4);
+    add_word(&file, 2);
+    add_word(&file, 12 + 8 + json.size + 8 + g.bin.size);
+    add_word(&file, json.size);
+    gen_bytes_add(&file, "JSON", 4);
+    gen_bytes_add(&file, json.data, json.size);
+    add_word(&file, g.bin.size);
+    gen_bytes_add(&file, "BIN\0", 4);
+    gen_bytes_add(&file, g.bin.data, g.bin.size);
+    if (w->failed || g.bin.failed || g.views.failed || g.accessors.failed ||
+        json.failed || file.failed) {
+        status =
+            pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for the scene", path);
+    } else {
+        status = pbnds_file_write(path, file.data, file.size, error);
+    }
+    gen_bytes_free(&g.bin);
+    gen_bytes_free(&g.views);
+    gen_bytes_free(&g.accessors);
+    gen_bytes_free(&json);
+    gen_bytes_free(&file);
+    return status;
+}

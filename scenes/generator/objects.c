@@ -1,0 +1,41 @@
+#include "scenes/generator/objects.h"
+
+int gen_segments(const struct gen_maker *k, int at_full_detail)
+{
+    const int n = (int)((float)at_full_detail * k->detail + 0.5f);
+    return n < 12 ? 12 : n;
+}
+
+int gen_make_material(const struct gen_maker *k, enum gen_surface kind)
+{
+    return gen_random_material(k->world, k->rng, kind, k->texture_size);
+}
+
+struct choice {
+    float weight;
+    void (*build)(const struct gen_maker *k);
+};
+
+static int build_one(const struct gen_maker *k, const struct choice *choices, int count)
+{
+    float weights[32];
+    for (int i = 0; i < count; ++i)
+        weights[i] = choices[i].weight;
+    const int object = gen_object_begin(k->world);
+    choices[gen_pick(k->rng, weights, count)].build(k);
+    return object;
+}
+
+int gen_random_object(const struct gen_maker *k)
+{
+    static const struct choice choices[] = {
+        {6.0f, gen_build_basic}, {2.0f, gen_build_vase}, {2.0f, gen_build_rock}};
+    return build_one(k, choices, (int)(sizeof choices / sizeof choices[0]));
+}
+
+int gen_random_hero(const struct gen_maker *k)
+{
+    static const struct choice choices[] = {
+        {1.0f, gen_build_basic}, {2.0f, gen_build_vase}, {2.0f, gen_build_rock}};
+    return build_one(k, choices, (int)(sizeof choices / sizeof choices[0]));
+}

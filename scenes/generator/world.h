@@ -1,0 +1,88 @@
+/**
+ * @file world.h
+ * A world under construction: objects made of parts (mesh + material), placed by node
+ * transforms, and the glb file made of it.
+ */
+#ifndef PBNDS_SCENES_WORLD_H
+#define PBNDS_SCENES_WORLD_H
+
+#include "scenes/generator/mesh.h"
+#include "scenes/generator/pack.h"
+#include "scenes/generator/random.h"
+
+struct gen_material {
+    struct pbnds_vec3 base_color; /**< linear */
+    float metallic, roughness;
+    float ior, specular; /**< written where they differ from 1.5 and 1 */
+    float normal_scale;
+    int color_image, surface_image, normal_image; /**< -1: none */
+    float repeat; /**< texture repeats over a mesh's unit of uv */
+    bool double_sided;
+};
+
+struct gen_part {
+    struct gen_mesh mesh;
+    int material;
+};
+
+struct gen_object {
+    int first_part, part_count;
+    struct pbnds_vec3 translation;
+    struct pbnds_vec4 rotation;
+    float scale;
+    struct pbnds_vec3 lo, hi; /**< bounds in the world, after gen_object_place() */
+};
+
+struct gen_camera {
+    struct pbnds_vec3 eye, target;
+    float yfov;
+};
+
+enum {
+    GEN_MAX_PARTS = 256,
+    GEN_MAX_OBJECTS = 128,
+    GEN_MAX_MATERIALS = 128,
+    GEN_MAX_IMAGES = 96
+};
+
+/** Fixed room: what does not fit is left out (parts) or shared (materials). */
+struct gen_world {
+    struct gen_part parts[GEN_MAX_PARTS];
+    int part_count;
+    struct gen_object objects[GEN_MAX_OBJECTS];
+    int object_count;
+    struct gen_material materials[GEN_MAX_MATERIALS];
+    int material_count;
+    struct gen_bytes images[GEN_MAX_IMAGES]; /**< PNG files */
+    int image_count;
+    struct gen_camera camera; /**< yfov 0: none */
+    bool failed;              /**< memory ran out */
+};
+
+void gen_world_free(struct gen_world *w);
+
+/** Opens a new object; the parts added next belong to it. @return its index */
+int gen_object_begin(struct gen_world *w);
+/** Moves the mesh (normals made) into the object opened last. */
+void gen_object_part(struct gen_world *w, struct gen_mesh *mesh, int material);
+/** Centre and greatest extent of the parts before placement. */
+void gen_object_extent(const struct gen_world *w, int object, struct pbnds_vec3 *centre,
+                       float *extent);
+/** Sets the pose and brings the bounds up to date. */
+void gen_object_place(struct gen_world *w, int object, struct pbnds_vec3 translation,
+                      struct pbnds_vec4 rotation, float scale);
+/** Scales and shifts all objects: centre of the bounds to the origin, radius as given.
+ */
+void gen_world_normalize(struct gen_world *w, float radius);
+
+struct gen_material gen_material_plain(struct pbnds_vec3 base_color, float metallic,
+                                       float roughness);
+int gen_world_material(struct gen_world *w, const struct gen_material *material);
+/** Encodes and keeps an image. @return its index, -1 when there is no room */
+int gen_world_image(struct gen_world *w, const uint8_t *rgb, int width, int height);
+
+/** Writes the binary glTF 2.0 file, atomically. */
+enum pbnds_status gen_glb_write(struct gen_world *w, const char *path,
+                                struct pbnds_error *error) PBNDS_NODISCARD;
+
+#endif /* PBNDS_SCENES_WORLD_H */
