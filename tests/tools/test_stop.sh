@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# Ctrl-C and a full disk: status 1, one sentence, no partial file, nothing lost of earlier work.
+. "$(dirname "$0")/lib.sh"
+
+# stop SIGNAL COMMAND...: sends the signal half a second in and wants status 1 within ten seconds.
+stop() {
+    local signal=$1 got
+    shift
+    checks=$((checks + 1))
+    "$@" >stdout 2>stderr &
+    local pid=$!
+    sleep 0.7
+    kill -s "$signal" $pid 2>/dev/null || fail "ended before it was stopped: $*"
+    for _ in $(seq 100); do
+        kill -0 $pid 2>/dev/null || break
+        sleep 0.1
+    done
+    if kill -0 $pid 2>/dev/null; then
+        kill -KILL $pid
+        fail "not stopped within ten seconds: $*"
+    fi
+    wait $pid
+    got=$?
+    [ $got -eq 1 ] || fail "status $got, not 1, after $signal: $*"
+    [ "$(wc -l <stderr)" -eq 1 ] && grep -q "^pbnds: .*interrupted" stderr ||
+        fail "not one sentence about it: $*"
+}
+
+echo earlier >kept.exr
+for signal in INT TERM; do
+    stop $signal "$PBNDS" render box.gltf -o kept.exr --env light.hdr --shader reference \
+        --spp 1000000 --size 256x256 --quiet
+    check [ "$(cat kept.exr)" = earlier ]
+    stop $signal "$PBNDS" compare box.gltf -o out --env light.hdr --shaders ggx \
+        --reference-spp 1000000 --size 256x256 --quiet
+    check [ ! -e out/compare.png ]
+done
+clean_folder .
+
+# A data set that was stopped goes on: what was made stays, and the end is the same.
+make="$PBNDS dataset scenes --envs envs --count 6 --size 64x64 --seed 1 --quiet"
+stop INT $make -o stopped --spp 20000
+clean_folder stopped
+
+# Training leaves a checkpoint and goes on from it.
+run 0 $make -o data --spp 4
+train="$PBNDS train data --model transport --crop 32 --batch 1 --lights 2 --precision fp32 --quiet"
+checks=$((checks + 1))
+$train -o w.safetensors --steps 1000000 >stdout 2>stderr &
+pid=$!
+for _ in $(seq 100); do
+    [ -s w.csv ] && break
+    sleep 0.1
+done
+sleep 0.5
+kill -INT $pid
+wait $pid
+[ $? -eq 1 ] && grep -q interrupted stderr || fail "training is not interrupted"
+check [ -s w.safetensors.checkpoint ]
+clean_folder .
+
+# Full disk: a small one where we may mount, and a limit on the size of files everywhere.
+full() {
+    local target=$1
+    shift
+    refuse 1 "$target" "$@"
+    check [ ! -e "$target" ]
+    clean_folder "$(dirname "$target")"
+}
+big="--size 256x256 --env light.hdr --shader ggx --spp 1"
+limited() { (ulimit -f 16 && "$@"); }
+mkdir small
+full small/out.exr limited "$PBNDS" render box.gltf -o small/out.exr $big
+full small/out.png limited "$PBNDS" render box.gltf -o small/out.png $big
+full small/g.exr limited "$PBNDS" gbuffer box.gltf -o small/g.exr --size 256x256
+if [ "$(id -u)" -eq 0 ] && mount -t tmpfs -o size=16k tmpfs small 2>/dev/null; then
+    trap 'umount "$WORK/small"; rm -rf "$WORK"' EXIT
+    full small/out.exr "$PBNDS" render box.gltf -o small/out.exr $big
+    full small/out.png "$PBNDS" render box.gltf -o small/out.png $big
+    echo earlier >small/kept.exr
+    refuse 1 "small/kept.exr" "$PBNDS" render box.gltf -o small/kept.exr $big
+    check [ "$(cat small/kept.exr)" = earlier ]
+else
+    echo "no right to mount: the full file system itself is skipped"
+fi
+finish
