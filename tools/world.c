@@ -154,7 +154,7 @@ enum pbnds_status tool_world_light(const struct tool_options *options,
     PBNDS_TRY(pbnds_envmap_load(
         path, (enum pbnds_env_convention)options->env_convention,
         (float)options->env_yaw, (float)options->env_strength, &world->envmap, error));
-    (void)snprintf(world->origin.env, sizeof world->origin.env, "%s",
+    (void)snprintf(world->origin.env, sizeof world->origin.env, "%.255s",
                    tool_base_name(path));
     return tool_check_stop(error);
 }
