@@ -284,11 +284,11 @@ static void threads_change_nothing(void **state)
     const struct pbnds_camera c =
         camera_at(pbnds_vec3_make(1, 2, 2), pbnds_vec3_make(0.1f, 0, 0), 50.0f);
     pbnds_set_threads(1);
-    struct pbnds_gbuffer one = cast(&f, &c, 133, 75);
+    struct pbnds_gbuffer one = cast(&f, &c, 733, 475);
     const int counts[] = {2, 5};
     for (int k = 0; k < 2; ++k) {
         pbnds_set_threads(counts[k]);
-        struct pbnds_gbuffer many = cast(&f, &c, 133, 75);
+        struct pbnds_gbuffer many = cast(&f, &c, 733, 475);
         assert_same_planes(&one, &many);
         pbnds_gbuffer_free(&many);
     }
