@@ -156,11 +156,6 @@ static enum pbnds_status find_roots(struct pbnds_gltf_load_state *g,
         return PBNDS_OK;
     }
     const int64_t scene = d->scene < 0 ? 0 : d->scene;
-    if ((uint64_t)scene >= d->scene_count) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: the default scene %lld does not exist", g->name,
-                          (long long)scene);
-    }
     for (size_t i = 0; i < d->scenes[scene].count; ++i) {
         const int node = d->scenes[scene].items[i];
         if (node < 0 || (size_t)node >= d->node_count || parent[node] >= 0) {
@@ -254,11 +249,6 @@ static struct pbnds_mat4 rigid(const struct pbnds_mat4 *m)
 static enum pbnds_status add_camera(struct pbnds_gltf_load_state *g, size_t node)
 {
     const struct pbnds_gltf_node *n = &g->doc.nodes[node];
-    if ((uint64_t)n->camera >= g->doc.camera_count) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: node %zu refers to camera %lld, which does not exist",
-                          g->name, node, (long long)n->camera);
-    }
     const struct pbnds_gltf_camera *source = &g->doc.cameras[n->camera];
     struct pbnds_camera *c = &g->scene->cameras[g->scene->camera_count];
     pbnds_gltf_name(c->name, source->name[0] ? source->name : n->name, "camera",
@@ -288,11 +278,6 @@ static enum pbnds_status make_room(struct pbnds_gltf_load_state *g)
     for (size_t i = 0; i < g->doc.node_count; ++i) {
         const int64_t mesh = g->doc.nodes[i].mesh;
         if (!g->in_scene[i]) continue;
-        if (mesh >= 0 && (uint64_t)mesh >= g->doc.mesh_count) {
-            return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                              "%s: node %zu refers to mesh %lld, which does not exist",
-                              g->name, i, (long long)mesh);
-        }
         if (mesh >= 0) meshes += g->doc.meshes[mesh].primitive_count;
         if (g->doc.nodes[i].camera >= 0) ++cameras;
     }
@@ -357,6 +342,10 @@ static void tell(const struct pbnds_gltf_load_state *g)
     if (g->more_joints) {
         pbnds_warn(r, "%s: a vertex has more than four joints, four are used", g->name);
     }
+    if (g->more_specular) {
+        pbnds_warn(r, "%s: of KHR_materials_specular only specularFactor is used",
+                   g->name);
+    }
     if (g->scene->triangle_count == 0) {
         pbnds_warn(r, "%s: has no triangles, only the background will be seen",
                    g->name);
@@ -375,6 +364,7 @@ static enum pbnds_status load(struct pbnds_gltf_load_state *g)
     }
     PBNDS_TRY(check_version(g));
     PBNDS_TRY(check_extensions(g));
+    PBNDS_TRY(pbnds_gltf_check(g));
     PBNDS_TRY(place_nodes(g));
     PBNDS_TRY(pbnds_gltf_materials(g));
     PBNDS_TRY(fill_scene(g));

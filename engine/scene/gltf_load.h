@@ -25,12 +25,17 @@ struct pbnds_gltf_load_state {
     bool *in_scene;            /**< node belongs to the scene that is loaded    */
     uint64_t geometry_bytes;   /**< of the meshes so far, against a bomb        */
     size_t skipped_primitives; /**< points and lines                            */
-    bool morphs, more_joints;  /**< seen, for a warning                         */
+    bool morphs, more_joints, more_specular; /**< seen, for a warning */
 };
 
 /** Copies a name into 64 bytes, cut at a whole UTF-8 character; `what N` if it is
  * empty. */
 void pbnds_gltf_name(char out[64], const char *name, const char *what, size_t index);
+
+/** Every reference of the document leads somewhere, every view lies in its buffer.
+ *  Errors: FORMAT. After it indices between nodes, meshes, materials, textures, images,
+ *  skins, cameras and accessors are known to exist. */
+enum pbnds_status pbnds_gltf_check(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
 
 /** Accessor `index`, checked against its buffer (the whole range lies inside) and
  * against `width` components. Errors: FORMAT, IO. `what` names the user in messages. */

@@ -37,74 +37,43 @@ static enum pbnds_wrap wrap_of(int gl)
                        : (gl == 33648 ? PBNDS_WRAP_MIRROR : PBNDS_WRAP_REPEAT);
 }
 
-static enum pbnds_status add_image(struct pbnds_gltf_load_state *g, struct remap *map,
-                                   int64_t image, int *out)
-{
-    if ((uint64_t)image >= g->doc.image_count) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: a texture refers to image %lld, which does not exist",
-                          g->name, (long long)image);
-    }
-    if (map->image[image] < 0) map->image[image] = g->scene->image_count++;
-    *out = map->image[image];
-    return PBNDS_OK;
-}
-
 /** The scene's number of a texture of the document; -1 when it has no image. */
-static enum pbnds_status add_texture(struct pbnds_gltf_load_state *g, struct remap *map,
-                                     int64_t index, int *out)
+static int add_texture(struct pbnds_gltf_load_state *g, struct remap *map,
+                       int64_t index)
 {
-    *out = -1;
-    if (index < 0) return PBNDS_OK;
-    if ((uint64_t)index >= g->doc.texture_count) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: a material refers to texture %lld, which does not exist",
-                          g->name, (long long)index);
-    }
+    if (index < 0) return -1;
+    if (map->texture[index] >= 0) return map->texture[index];
     const struct pbnds_gltf_texture *source = &g->doc.textures[index];
-    if (source->image < 0) return PBNDS_OK; /* e.g. only in a format of an extension */
-    if (map->texture[index] >= 0) {
-        *out = map->texture[index];
-        return PBNDS_OK;
-    }
-    struct pbnds_texture texture = {.wrap_u = PBNDS_WRAP_REPEAT,
-                                    .wrap_v = PBNDS_WRAP_REPEAT};
+    if (source->image < 0) return -1; /* e.g. only in a format of an extension */
+    int *image = &map->image[source->image];
+    if (*image < 0) *image = g->scene->image_count++;
+    struct pbnds_texture *texture = &g->scene->textures[g->scene->texture_count];
+    texture->pixels = &g->scene->images[*image];
+    texture->wrap_u = texture->wrap_v = PBNDS_WRAP_REPEAT;
     if (source->sampler >= 0) {
-        if ((uint64_t)source->sampler >= g->doc.sampler_count) {
-            return pbnds_fail(
-                g->error, PBNDS_ERROR_FORMAT,
-                "%s: texture %lld refers to sampler %lld, which does not exist",
-                g->name, (long long)index, (long long)source->sampler);
-        }
         const struct pbnds_gltf_sampler *s = &g->doc.samplers[source->sampler];
-        texture.wrap_u = wrap_of(s->wrap_s);
-        texture.wrap_v = wrap_of(s->wrap_t);
-        texture.nearest = s->mag_filter == 9728;
+        texture->wrap_u = wrap_of(s->wrap_s);
+        texture->wrap_v = wrap_of(s->wrap_t);
+        texture->nearest = s->mag_filter == 9728;
     }
-    int image = -1;
-    PBNDS_TRY(add_image(g, map, source->image, &image));
-    texture.pixels = &g->scene->images[image];
-    *out = map->texture[index] = g->scene->texture_count;
-    g->scene->textures[g->scene->texture_count++] = texture;
-    return PBNDS_OK;
+    return map->texture[index] = g->scene->texture_count++;
 }
 
-static enum pbnds_status add_ref(struct pbnds_gltf_load_state *g, struct remap *map,
-                                 const struct pbnds_gltf_texture_info *info,
-                                 struct pbnds_texture_ref *ref)
+static struct pbnds_texture_ref make_ref(struct pbnds_gltf_load_state *g,
+                                         struct remap *map,
+                                         const struct pbnds_gltf_texture_info *info)
 {
-    ref->texcoord = 0;
-    ref->texture = -1;
+    struct pbnds_texture_ref ref = {-1, 0};
     if (info->index >= 0 && (info->texcoord < 0 || info->texcoord > 1)) {
-        pbnds_warn(g->report,
-                   "%s: a texture uses TEXCOORD_%lld and is left out, only 0 and 1 "
-                   "are read",
-                   g->name, (long long)info->texcoord);
-        return PBNDS_OK;
+        pbnds_warn(
+            g->report,
+            "%s: a texture uses TEXCOORD_%lld and is left out, only 0 and 1 are read",
+            g->name, (long long)info->texcoord);
+        return ref;
     }
-    PBNDS_TRY(add_texture(g, map, info->index, &ref->texture));
-    ref->texcoord = ref->texture >= 0 ? (int)info->texcoord : 0;
-    return PBNDS_OK;
+    ref.texture = add_texture(g, map, info->index);
+    if (ref.texture >= 0) ref.texcoord = (int)info->texcoord;
+    return ref;
 }
 
 /** Reflectance at normal incidence. KHR_materials_ior: an ior of 0 stands for infinity.
@@ -158,6 +127,7 @@ static enum pbnds_status convert_factors(struct pbnds_gltf_load_state *g, size_t
     m->alpha_cutoff =
         s->alpha_cutoff >= 0.0 && s->alpha_cutoff < 1e6 ? (float)s->alpha_cutoff : 0.5f;
     m->double_sided = s->double_sided;
+    g->more_specular = g->more_specular || s->more_specular;
     if (strcmp(s->alpha_mode, "OPAQUE") == 0)
         m->alpha_mode = PBNDS_ALPHA_OPAQUE;
     else if (strcmp(s->alpha_mode, "MASK") == 0)
@@ -178,11 +148,11 @@ static enum pbnds_status convert_material(struct pbnds_gltf_load_state *g,
     const struct pbnds_gltf_material *s = &g->doc.materials[index];
     *m = default_material();
     PBNDS_TRY(convert_factors(g, index, m));
-    PBNDS_TRY(add_ref(g, map, &s->base_color_texture, &m->base_color_texture));
-    PBNDS_TRY(add_ref(g, map, &s->metallic_roughness_texture,
-                      &m->metallic_roughness_texture));
-    PBNDS_TRY(add_ref(g, map, &s->normal_texture, &m->normal_texture));
-    return add_ref(g, map, &s->emissive_texture, &m->emissive_texture);
+    m->base_color_texture = make_ref(g, map, &s->base_color_texture);
+    m->metallic_roughness_texture = make_ref(g, map, &s->metallic_roughness_texture);
+    m->normal_texture = make_ref(g, map, &s->normal_texture);
+    m->emissive_texture = make_ref(g, map, &s->emissive_texture);
+    return PBNDS_OK;
 }
 
 /** The encoded bytes of an image: a buffer view or what its URI names. */

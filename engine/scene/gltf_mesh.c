@@ -201,21 +201,13 @@ static enum pbnds_status joint_matrices(struct build *b,
             return status;
         }
     }
-    enum pbnds_status status = PBNDS_OK;
-    for (size_t i = 0; i < count && status == PBNDS_OK; ++i) {
-        const int node = skin->joints.items[i];
-        if (node < 0 || (size_t)node >= g->doc.node_count) {
-            status = pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                                "%s: a skin refers to node %d, which does not exist",
-                                g->name, node);
-            break;
-        }
+    for (size_t i = 0; i < count; ++i) {
         struct pbnds_mat4 inverse = pbnds_mat4_identity();
         if (bind) memcpy(inverse.m, bind + 16 * i, sizeof inverse.m);
-        joints[i] = pbnds_mat4_mul(&g->world[node], &inverse);
+        joints[i] = pbnds_mat4_mul(&g->world[skin->joints.items[i]], &inverse);
     }
     free(bind);
-    return status;
+    return PBNDS_OK;
 }
 
 /** The weighted sum of up to four joint matrices; glTF 2.0, section 3.7.3.3. */
@@ -274,11 +266,6 @@ static enum pbnds_status read_skin(struct build *b)
     struct pbnds_gltf_load_state *g = b->g;
     if (b->node->skin < 0 || b->primitive->joints < 0 || b->primitive->weights < 0) {
         return PBNDS_OK;
-    }
-    if ((uint64_t)b->node->skin >= g->doc.skin_count) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: a node refers to skin %lld, which does not exist",
-                          g->name, (long long)b->node->skin);
     }
     g->more_joints = g->more_joints || b->primitive->more_joints;
     const struct pbnds_gltf_skin *skin = &g->doc.skins[b->node->skin];
@@ -379,20 +366,6 @@ static enum pbnds_status to_world(struct build *b)
     return repair(b);
 }
 
-static enum pbnds_status set_material(struct build *b)
-{
-    struct pbnds_gltf_load_state *g = b->g;
-    const int64_t material = b->primitive->material;
-    if (material >= 0 && (uint64_t)material >= g->doc.material_count) {
-        return pbnds_fail(
-            g->error, PBNDS_ERROR_FORMAT,
-            "%s: mesh \"%s\" refers to material %lld, which does not exist", g->name,
-            b->mesh->name, (long long)material);
-    }
-    b->mesh->material = material < 0 ? (int)g->doc.material_count : (int)material;
-    return PBNDS_OK;
-}
-
 /** Tangents are needed where a normal map is and the file has none. */
 static enum pbnds_status add_tangents(struct build *b)
 {
@@ -406,7 +379,6 @@ static enum pbnds_status add_tangents(struct build *b)
 
 static enum pbnds_status build_mesh(struct build *b)
 {
-    PBNDS_TRY(set_material(b));
     PBNDS_TRY(read_vertices(b));
     PBNDS_TRY(read_triangles(b));
     if (b->mesh->triangle_count == 0) return PBNDS_OK;
@@ -446,6 +418,8 @@ enum pbnds_status pbnds_gltf_node_meshes(struct pbnds_gltf_load_state *g, size_t
         pbnds_gltf_name(mesh->name, source->name[0] ? source->name : n->name, "mesh",
                         (size_t)n->mesh);
         mesh->object_id = (uint32_t)node;
+        mesh->material =
+            p->material < 0 ? (int)g->doc.material_count : (int)p->material;
         g->morphs = g->morphs || p->morphed;
         const enum pbnds_status status = build_mesh(&b);
         free(b.skin);

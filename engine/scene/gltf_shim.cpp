@@ -262,6 +262,11 @@ pbnds_gltf_material material_of(const tinygltf::Material &m)
     c.ior = extension_number(m.extensions, "KHR_materials_ior", "ior", 1.5);
     c.specular =
         extension_number(m.extensions, "KHR_materials_specular", "specularFactor", 1.0);
+    const auto specular = m.extensions.find("KHR_materials_specular");
+    c.more_specular = specular != m.extensions.end() &&
+                      (specular->second.Has("specularTexture") ||
+                       specular->second.Has("specularColorFactor") ||
+                       specular->second.Has("specularColorTexture"));
     c.base_color_texture = {pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord};
     c.metallic_roughness_texture = {pbr.metallicRoughnessTexture.index,
                                     pbr.metallicRoughnessTexture.texCoord};

@@ -88,6 +88,7 @@ struct pbnds_gltf_material {
     double base_color[4], metallic, roughness, emissive[3], emissive_strength;
     double normal_scale, alpha_cutoff, ior, specular;
     bool double_sided;
+    bool more_specular; /**< KHR_materials_specular with a colour or textures */
     struct pbnds_gltf_texture_info base_color_texture, metallic_roughness_texture,
         normal_texture, emissive_texture;
 };

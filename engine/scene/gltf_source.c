@@ -49,7 +49,12 @@ static enum pbnds_status open_glb(struct pbnds_gltf_source *source,
                           "%s: is GLB version %u, only version 2 can be read", name,
                           version);
     }
-    if (length > size || length < 20) {
+    if (length < 20) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT,
+                          "%s: its header says it has %zu bytes, too few for a GLB",
+                          name, length);
+    }
+    if (length > size) {
         return pbnds_fail(error, PBNDS_ERROR_FORMAT,
                           "%s: is truncated: its header says %zu bytes, it has %zu",
                           name, length, size);
