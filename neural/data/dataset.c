@@ -90,7 +90,8 @@ static enum pbnds_status load_scene(struct maker *m, const struct pbnds_asset *a
     return PBNDS_OK;
 }
 
-/* Enough of the picture shows something, and the eye is not inside or against it. */
+/* Enough of the picture shows something, it is not all one plane (the back of a wall),
+ * and the eye is not inside or against a surface. */
 static bool camera_is_good(const struct maker *m, const struct pbnds_camera *camera,
                            int width, int height)
 {
@@ -103,13 +104,18 @@ static bool camera_is_good(const struct maker *m, const struct pbnds_camera *cam
     const float too_near = 0.02f * pbnds_length(size);
     const size_t count = (size_t)width * (size_t)height;
     size_t covered = 0, near = 0;
+    struct pbnds_vec3 normals = pbnds_splat(0.0f);
     for (size_t i = 0; i < count; ++i) {
         if (!isfinite(g.depth[i])) continue;
         ++covered;
         if (g.depth[i] < too_near) ++near;
+        normals = pbnds_add(normals, pbnds_vec3_make(g.geometric_normal[0][i],
+                                                     g.geometric_normal[1][i],
+                                                     g.geometric_normal[2][i]));
     }
     pbnds_gbuffer_free(&g);
-    return covered * 100 >= 15 * count && near * 100 <= covered;
+    const bool flat = pbnds_length(normals) > 0.93f * (float)covered;
+    return covered * 100 >= 15 * count && near * 100 <= covered && !flat;
 }
 
 /* Cameras on a shell about the scene, looking near its centre. */
