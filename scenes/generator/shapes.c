@@ -146,9 +146,9 @@ static int box_lines(float half, float radius, int bevel, int flat, float *line)
 {
     const float inner = half - radius;
     int n = 0;
-    for (int i = 0; i < bevel; ++i) {
-        const float t =
-            i == 0 ? 1.0f : tanf(0.25f * PBNDS_PI * (1.0f - (float)i / (float)bevel));
+    if (bevel > 0) line[n++] = -half; /* to the bit: faces meet here */
+    for (int i = 1; i < bevel; ++i) {
+        const float t = tanf(0.25f * PBNDS_PI * (1.0f - (float)i / (float)bevel));
         line[n++] = -(inner + radius * t);
     }
     const int inside = inner > 0.0f ? flat : 0;
