@@ -20,16 +20,6 @@ static void store(enum pbnds_dtype dtype, void *p, size_t i, double v)
     }
 }
 
-static size_t weight_index(const struct pbnds_conv *c, int o, int i, int ky, int kx)
-{
-    const size_t outer = (size_t)(c->transposed ? i : o);
-    const size_t inner = (size_t)(c->transposed ? o : i);
-    const size_t inners = (size_t)(c->transposed ? c->out : c->in);
-    return ((outer * inners + inner) * (size_t)c->kernel + (size_t)ky) *
-               (size_t)c->kernel +
-           (size_t)kx;
-}
-
 /** For output pixel (oy, ox) and tap (ky, kx): the input pixel, or false where the tap
  *  reads padding (or, transposed, where it writes another output pixel). */
 static bool tap(const struct pbnds_conv *c, int oy, int ox, int ky, int kx, int *y,
@@ -50,19 +40,29 @@ static size_t pixel(int h, int w, int b, int y, int x)
     return ((size_t)b * (size_t)h + (size_t)y) * (size_t)w + (size_t)x;
 }
 
+/** One tap that joins an input pixel and an output pixel. */
 struct visit {
-    const struct pbnds_conv *c;
-    size_t in_pixel, out_pixel;
-    int ky, kx;
+    size_t x, y;           /**< first channel of the two pixels            */
+    size_t weight;         /**< of the tap, at output and input channel 0  */
+    size_t step_o, step_i; /**< from channel to channel in the weights     */
 };
 
-/** Calls fn for every pair of input and output pixel that a tap joins. */
-static void for_each_tap(const struct pbnds_conv *c,
-                         void (*fn)(const struct visit *v, void *context),
-                         void *context)
+struct operands {
+    const struct pbnds_conv *c;
+    double *x, *dy;
+    const float *weight;
+    double *sum; /**< y, dx or dw, by the call */
+};
+
+static void for_each_tap(struct operands *a,
+                         void (*fn)(const struct operands *a, const struct visit *v))
 {
+    const struct pbnds_conv *c = a->c;
     const int oh = pbnds_conv_out_h(c), ow = pbnds_conv_out_w(c);
     const size_t taps = (size_t)(c->kernel * c->kernel);
+    const size_t in = (size_t)c->in, out = (size_t)c->out;
+    struct visit v = {.step_o = c->transposed ? taps : in * taps,
+                      .step_i = c->transposed ? out * taps : taps};
     for (int b = 0; b < c->n; ++b) {
         for (size_t i = 0; i < (size_t)oh * (size_t)ow * taps; ++i) {
             const int ky = (int)(i % taps) / c->kernel,
@@ -71,54 +71,44 @@ static void for_each_tap(const struct pbnds_conv *c,
                       ox = (int)(i / taps % (size_t)ow);
             int y, x;
             if (!tap(c, oy, ox, ky, kx, &y, &x)) continue;
-            const struct visit v = {c, pixel(c->h, c->w, b, y, x),
-                                    pixel(oh, ow, b, oy, ox), ky, kx};
-            fn(&v, context);
+            v.x = pixel(c->h, c->w, b, y, x) * in;
+            v.y = pixel(oh, ow, b, oy, ox) * out;
+            v.weight = i % taps;
+            fn(a, &v);
         }
     }
 }
 
-struct operands {
-    const void *x, *dy;
-    const float *weight;
-    double *sum; /**< y, dx or dw, by the call */
-};
-
-static void visit_forward(const struct visit *v, void *context)
+static void visit_forward(const struct operands *a, const struct visit *v)
 {
-    const struct operands *a = context;
-    const struct pbnds_conv *c = v->c;
-    for (int o = 0; o < c->out; ++o) {
-        for (int i = 0; i < c->in; ++i) {
-            a->sum[v->out_pixel * (size_t)c->out + (size_t)o] +=
-                (double)a->weight[weight_index(c, o, i, v->ky, v->kx)] *
-                load(c->dtype, a->x, v->in_pixel * (size_t)c->in + (size_t)i);
+    for (int o = 0; o < a->c->out; ++o) {
+        const float *w = a->weight + v->weight + (size_t)o * v->step_o;
+        double sum = 0.0;
+        for (int i = 0; i < a->c->in; ++i) {
+            sum += (double)w[(size_t)i * v->step_i] * a->x[v->x + (size_t)i];
+        }
+        a->sum[v->y + (size_t)o] += sum;
+    }
+}
+
+static void visit_data(const struct operands *a, const struct visit *v)
+{
+    for (int o = 0; o < a->c->out; ++o) {
+        const float *w = a->weight + v->weight + (size_t)o * v->step_o;
+        for (int i = 0; i < a->c->in; ++i) {
+            a->sum[v->x + (size_t)i] +=
+                (double)w[(size_t)i * v->step_i] * a->dy[v->y + (size_t)o];
         }
     }
 }
 
-static void visit_data(const struct visit *v, void *context)
+static void visit_weights(const struct operands *a, const struct visit *v)
 {
-    const struct operands *a = context;
-    const struct pbnds_conv *c = v->c;
-    for (int o = 0; o < c->out; ++o) {
-        for (int i = 0; i < c->in; ++i) {
-            a->sum[v->in_pixel * (size_t)c->in + (size_t)i] +=
-                (double)a->weight[weight_index(c, o, i, v->ky, v->kx)] *
-                load(c->dtype, a->dy, v->out_pixel * (size_t)c->out + (size_t)o);
-        }
-    }
-}
-
-static void visit_weights(const struct visit *v, void *context)
-{
-    const struct operands *a = context;
-    const struct pbnds_conv *c = v->c;
-    for (int o = 0; o < c->out; ++o) {
-        for (int i = 0; i < c->in; ++i) {
-            a->sum[weight_index(c, o, i, v->ky, v->kx)] +=
-                load(c->dtype, a->x, v->in_pixel * (size_t)c->in + (size_t)i) *
-                load(c->dtype, a->dy, v->out_pixel * (size_t)c->out + (size_t)o);
+    for (int o = 0; o < a->c->out; ++o) {
+        double *dw = a->sum + v->weight + (size_t)o * v->step_o;
+        for (int i = 0; i < a->c->in; ++i) {
+            dw[(size_t)i * v->step_i] +=
+                a->x[v->x + (size_t)i] * a->dy[v->y + (size_t)o];
         }
     }
 }
@@ -134,12 +124,34 @@ static size_t out_count(const struct pbnds_conv *c)
            (size_t)c->out;
 }
 
-static enum pbnds_status sums(size_t count, double **sum, struct pbnds_error *error)
+/** The operands in double; x, dy and sums where their counts are not 0. */
+static enum pbnds_status open_operands(struct operands *a, const struct pbnds_conv *c,
+                                       const void *x, const void *dy, size_t sums,
+                                       struct pbnds_error *error)
 {
-    *sum = calloc(count, sizeof **sum);
-    if (*sum) return PBNDS_OK;
-    return pbnds_fail(error, PBNDS_ERROR_MEMORY,
-                      "reference convolution: no memory for %zu sums", count);
+    const size_t xs = x ? in_count(c) : 0, dys = dy ? out_count(c) : 0;
+    *a = (struct operands){.c = c};
+    a->x = malloc((xs + dys) * sizeof *a->x);
+    a->sum = calloc(sums, sizeof *a->sum);
+    if (!a->x || !a->sum) {
+        free(a->x);
+        free(a->sum);
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY,
+                          "reference convolution: no memory for %zu numbers",
+                          xs + dys + sums);
+    }
+    a->dy = a->x + xs;
+    for (size_t i = 0; i < xs; ++i)
+        a->x[i] = load(c->dtype, x, i);
+    for (size_t i = 0; i < dys; ++i)
+        a->dy[i] = load(c->dtype, dy, i);
+    return PBNDS_OK;
+}
+
+static void close_operands(struct operands *a)
+{
+    free(a->x);
+    free(a->sum);
 }
 
 static enum pbnds_status forward(struct pbnds_backend *b, const struct pbnds_conv *c,
@@ -147,15 +159,16 @@ static enum pbnds_status forward(struct pbnds_backend *b, const struct pbnds_con
                                  void *y, struct pbnds_error *error)
 {
     (void)b;
-    struct operands a = {x, NULL, weight, NULL};
+    struct operands a;
     PBNDS_TRY(pbnds_conv_check(c, error));
-    PBNDS_TRY(sums(out_count(c), &a.sum, error));
-    for_each_tap(c, visit_forward, &a);
+    PBNDS_TRY(open_operands(&a, c, x, NULL, out_count(c), error));
+    a.weight = weight;
+    for_each_tap(&a, visit_forward);
     for (size_t k = 0; k < out_count(c); ++k) {
         const double v = a.sum[k] + (double)bias[k % (size_t)c->out];
         store(c->dtype, y, k, c->relu && v < 0.0 ? 0.0 : v);
     }
-    free(a.sum);
+    close_operands(&a);
     return PBNDS_OK;
 }
 
@@ -165,13 +178,14 @@ static enum pbnds_status backward_data(struct pbnds_backend *b,
                                        struct pbnds_error *error)
 {
     (void)b;
-    struct operands a = {NULL, dy, weight, NULL};
+    struct operands a;
     PBNDS_TRY(pbnds_conv_check(c, error));
-    PBNDS_TRY(sums(in_count(c), &a.sum, error));
-    for_each_tap(c, visit_data, &a);
+    PBNDS_TRY(open_operands(&a, c, NULL, dy, in_count(c), error));
+    a.weight = weight;
+    for_each_tap(&a, visit_data);
     for (size_t k = 0; k < in_count(c); ++k)
         store(c->dtype, dx, k, a.sum[k]);
-    free(a.sum);
+    close_operands(&a);
     return PBNDS_OK;
 }
 
@@ -182,18 +196,17 @@ static enum pbnds_status backward_weights(struct pbnds_backend *b,
 {
     (void)b;
     const size_t weights = pbnds_conv_weight_count(c), channels = (size_t)c->out;
-    struct operands a = {x, dy, NULL, NULL};
+    struct operands a;
     PBNDS_TRY(pbnds_conv_check(c, error));
-    PBNDS_TRY(sums(weights + channels, &a.sum, error));
-    for_each_tap(c, visit_weights, &a);
-    for (size_t k = 0; k < out_count(c); ++k) {
-        a.sum[weights + k % channels] += load(c->dtype, dy, k);
-    }
+    PBNDS_TRY(open_operands(&a, c, x, dy, weights + channels, error));
+    for_each_tap(&a, visit_weights);
+    for (size_t k = 0; k < out_count(c); ++k)
+        a.sum[weights + k % channels] += a.dy[k];
     for (size_t k = 0; k < weights; ++k)
         dweight[k] += (float)a.sum[k];
     for (size_t k = 0; k < channels; ++k)
         dbias[k] += (float)a.sum[weights + k];
-    free(a.sum);
+    close_operands(&a);
     return PBNDS_OK;
 }
 
