@@ -17,43 +17,28 @@ struct pass {
     bool shadows;
 };
 
-/* One pixel's shading point, and the light that waits for its shadow rays. */
+/* The surface point of one pixel. */
 struct point {
     const struct pass *pass;
     union pbnds_direct_lobe lobe;
     struct pbnds_vec3 n, ng, wo, origin;
     struct pbnds_vec3 sum;
-    struct pbnds_ray rays[PBNDS_PACKET];
-    struct pbnds_vec3 light[PBNDS_PACKET];
-    int waiting;
 };
 
-static void flush(struct point *point)
-{
-    if (point->waiting == 0) return;
-    bool occluded[PBNDS_PACKET];
-    pbnds_accel_occluded_packet(point->pass->job->accel, point->rays, point->waiting,
-                                INFINITY, occluded);
-    for (int i = 0; i < point->waiting; ++i)
-        if (!occluded[i]) point->sum = pbnds_add(point->sum, point->light[i]);
-    point->waiting = 0;
-}
-
+/* Shadow rays go one by one: packets of 16 of one pixel's rays, which point anywhere,
+ * were no faster. */
 static void add_light(struct point *point, struct pbnds_vec3 wi,
                       struct pbnds_vec3 light)
 {
     assert(light.x >= 0.0f && light.y >= 0.0f && light.z >= 0.0f);
     assert(isfinite(light.x) && isfinite(light.y) && isfinite(light.z));
     if (pbnds_max3(light) == 0.0f) return;
-    if (!point->pass->shadows) {
-        point->sum = pbnds_add(point->sum, light);
-        return;
+    if (point->pass->shadows) {
+        const struct pbnds_ray ray = {.origin = point->origin, .direction = wi};
+        if (pbnds_dot(wi, point->ng) <= 0.0f) return;
+        if (pbnds_accel_occluded(point->pass->job->accel, &ray, INFINITY)) return;
     }
-    if (pbnds_dot(wi, point->ng) <= 0.0f) return;
-    point->rays[point->waiting] =
-        (struct pbnds_ray){.origin = point->origin, .direction = wi};
-    point->light[point->waiting] = light;
-    if (++point->waiting == PBNDS_PACKET) flush(point);
+    point->sum = pbnds_add(point->sum, light);
 }
 
 static void light_sample(struct point *point, const struct pbnds_sampler *sampler)
@@ -101,14 +86,12 @@ static struct pbnds_vec3 incident(const struct pass *pass, int x, int y, size_t 
     point.wo = pbnds_gbuffer_wo(g, x, y);
     point.origin = pbnds_offset_origin(plane3(g->position, i), point.ng);
     point.sum = pbnds_splat(0.0f);
-    point.waiting = 0;
     for (int s = 0; s < pass->spp; ++s) {
         const struct pbnds_sampler sampler =
             pbnds_sampler_make(pass->job->seed, i, (uint32_t)s, (uint32_t)pass->spp);
         light_sample(&point, &sampler);
         brdf_sample(&point, &sampler);
     }
-    flush(&point);
     return pbnds_scale(point.sum, 1.0f / (float)pass->spp);
 }
 
