@@ -252,8 +252,7 @@ static enum pbnds_status add_mesh(struct pbnds_accel *accel,
     if (mesh->triangle_count == 0) return PBNDS_OK;
     PBNDS_TRY(check_mesh(mesh, error));
 
-    const RTCGeometry geometry =
-        rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    RTCGeometry geometry = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     if (!geometry) return fail_embree(accel, "made a geometry", error);
     /* A copy, because Embree reads sixteen bytes from each twelve-byte vertex; it pads
      * its own buffers for that. Indices may be shared. */

@@ -1,10 +1,12 @@
 #include "engine/scene/camera.h"
 
+#include <stddef.h>
 #include <string.h>
 
 static struct pbnds_vec3 column(const struct pbnds_mat4 *a, int c)
 {
-    return pbnds_vec3_make(a->m[4 * c], a->m[4 * c + 1], a->m[4 * c + 2]);
+    const float *m = &a->m[(size_t)c * 4];
+    return pbnds_vec3_make(m[0], m[1], m[2]);
 }
 
 struct pbnds_camera_view pbnds_camera_view(const struct pbnds_camera *camera, int width,

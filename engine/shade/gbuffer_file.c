@@ -398,6 +398,7 @@ static enum pbnds_status check_values(const struct reading *r,
     const size_t count = (size_t)r->exr->width * (size_t)r->exr->height;
     for (int c = 0; c < REQUIRED; ++c) {
         const float *plane = float_plane(r->exr, required[c]);
+        if (!plane) continue; /* check_channels() has seen to that */
         const bool depth = plane == r->from.depth;
         for (size_t i = 0; i < count; ++i) {
             if (isfinite(plane[i]) || (depth && plane[i] > 0.0f)) continue;
