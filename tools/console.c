@@ -90,7 +90,7 @@ static void progress(void *user, const char *stage, double done, double total)
         draw_bar(fraction, now - console.start);
     } else {
         const bool another = total > 0.0 ? fraction >= console.shown + 0.1 : true;
-        if (now - console.printed < 1.0 || !another) return;
+        if (now - console.printed < 1.0 || !another || fraction >= 1.0) return;
         char left[48] = "";
         if (fraction > 0.0)
             format_left(left, sizeof left, now - console.start, fraction);

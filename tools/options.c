@@ -472,8 +472,7 @@ enum pbnds_status tool_options_parse(const struct tool_command *command, int arg
     return check_inputs(command, options, error);
 }
 
-/* Words wrapped at 80 columns, every line indented. */
-static void print_wrapped(const char *text, int indent)
+void tool_print_wrapped(const char *text, int indent)
 {
     int column = indent;
     const char *at = text;
@@ -510,7 +509,7 @@ void tool_options_help(const struct tool_command *command)
             (void)snprintf(left, sizeof left, "--%s %s", rows[i].name,
                            rows[i].metavar ? rows[i].metavar : "");
             (void)printf("  %-29s ", left);
-            print_wrapped(rows[i].help, 32);
+            tool_print_wrapped(rows[i].help, 32);
         }
     }
     (void)printf("\nExit status: 0 done; 1 the run failed (I/O, memory, interrupted); "

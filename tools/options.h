@@ -96,6 +96,9 @@ enum pbnds_status tool_options_parse(const struct tool_command *command, int arg
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 /** Prints the help of a subcommand on stdout. */
 void tool_options_help(const struct tool_command *command);
+/** Words on stdout, wrapped at 80 columns; lines after the first are indented. The
+ * cursor is at column `indent` already. */
+void tool_print_wrapped(const char *text, int indent);
 /** "a,b,c" to at most max pieces; each must be non-empty and differ from the others.
  *  `storage` is the one allocation behind the pieces, the caller's to free. */
 enum pbnds_status tool_split_list(const char *option, const char *list,

@@ -86,17 +86,19 @@ void tool_shader_close(struct tool_shader *shader)
     *shader = (struct tool_shader){NULL, false};
 }
 
+static void help_line(const char *name, const char *about)
+{
+    (void)printf("  %-19s ", name);
+    tool_print_wrapped(about, 22);
+}
+
 void tool_shaders_help(void)
 {
     (void)printf("\nShaders\n");
     for (int i = 0; pbnds_shader_at(i); ++i) {
-        const struct pbnds_shader_ops *ops = pbnds_shader_at(i)->ops;
-        (void)printf("  %-19s %s%s\n", ops->name, ops->about,
-                     ops->needs_scene ? " (needs the scene)" : "");
+        help_line(pbnds_shader_at(i)->ops->name, pbnds_shader_at(i)->ops->about);
     }
-    for (int i = 0; i < SHIPPED_COUNT; ++i) {
-        (void)printf("  %-19s %s\n", shipped[i].name, shipped[i].about);
-    }
-    (void)printf("  %-19s %s\n", "neural:FILE",
-                 "any weights file; the file says its model");
+    for (int i = 0; i < SHIPPED_COUNT; ++i)
+        help_line(shipped[i].name, shipped[i].about);
+    help_line("neural:FILE", "any weights file; the file says its model");
 }

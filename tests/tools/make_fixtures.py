@@ -209,18 +209,22 @@ def main(folder):
     write("black.hdr", hdr(32, 16, lambda x, y: (0, 0, 0)))
     write("zero.hdr", hdr(0, 0, sky))
     write("cut.hdr", hdr(32, 16, sky)[:200])
-    write("rgb.exr", exr(8, 4, {c: constant(0.5) for c in "RGB"}))
+    rgb = exr(8, 4, {c: constant(0.5) for c in "RGB"})
+    write("rgb.exr", rgb)
+    write("cut_rgb.exr", rgb[:len(rgb) - 100])
     write("foreign.exr", exr(16, 12, foreign_gbuffer()))
     write("cut.exr", exr(16, 12, foreign_gbuffer())[:900])
     nans = foreign_gbuffer()
     nans["normal.Y"] = lambda x, y: math.nan if (x, y) == (3, 2) else 0.6
     write("nan.exr", exr(16, 12, nans))
 
-    for split in ("train", "val", "test"):
-        scenes = os.path.join(folder, "scenes", split)
-        os.makedirs(scenes, exist_ok=True)
-        write_gltf(os.path.join(scenes, "box_%s.gltf" % split), document, blob)
-        write("envs/%s/sky_%s.hdr" % (split, split), hdr(32, 16, sky))
+    # The same scene or light in two splits would be refused, so each has its own.
+    for i, split in enumerate(("train", "val", "test")):
+        write("envs/%s/sky_%s.hdr" % (split, split),
+              hdr(32, 16, lambda x, y, i=i: sky(x + 7 * i, y)))
+        os.makedirs(os.path.join(folder, "scenes", split), exist_ok=True)
+        write_gltf(os.path.join(folder, "scenes", split, "box_%s.gltf" % split),
+                   *scene([ground(3.0), box(-0.4, 0.5, 0.1 * i, 0.5), meshes[2]]))
 
 
 if __name__ == "__main__":

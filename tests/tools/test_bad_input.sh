@@ -24,7 +24,7 @@ done
 refuse 1 "missing.hdr" "$PBNDS" render box.gltf -o out.exr --size 16x16 --shader ggx --env missing.hdr
 refuse 3 "zero.hdr" "$PBNDS" render box.gltf -o out.exr --size 16x16 --shader ggx --env zero.hdr
 refuse 3 "cut.hdr" "$PBNDS" render box.gltf -o out.exr --size 16x16 --shader ggx --env cut.hdr
-refuse 3 "cut.exr" "$PBNDS" render box.gltf -o out.exr --size 16x16 --shader ggx --env cut.exr
+refuse 3 "cut_rgb.exr" "$PBNDS" render box.gltf -o out.exr --size 16x16 --shader ggx --env cut_rgb.exr
 
 # G-buffers.
 refuse 1 "missing.exr" "$PBNDS" shade missing.exr -o out.exr --env light.hdr --shader ggx

@@ -46,11 +46,12 @@ check grep -q "^reference *failed" stdout
 # Training: a few steps of each model; stopped and resumed it ends where one run ends.
 for model in transport pbnds+; do
     name=${model/+/_plus}
-    train="$PBNDS train data --model $model --crop 32 --batch 1 --lights 2 --precision fp32 --quiet"
+    train="$PBNDS train data --model $model --crop 32 --batch 1 --precision fp32 --quiet"
+    [ $model = pbnds+ ] && train="$train --lights 2"
     run 0 $train -o $name.safetensors --steps 4
     check [ -s $name.safetensors ]
     check [ ! -e $name.safetensors.checkpoint ]
-    check [ -s $name.csv ]
+    check [ -s $name.safetensors.csv ]
     run 0 "$PBNDS" check $name.safetensors
     run 0 "$PBNDS" info $name.safetensors
     check grep -q "pbnds.model: $model" stdout
@@ -89,7 +90,7 @@ save("unknown.safetensors", header, data[8 + size:])
 PY
 refuse 3 "other.safetensors" "$PBNDS" render box.gltf -o x.exr --size 64x64 --env light.hdr \
     --shader neural:other.safetensors
-refuse 3 "unknown.safetensors" "$PBNDS" render box.gltf -o x.exr --size 64x64 --env light.hdr \
+refuse 4 "unknown.safetensors" "$PBNDS" render box.gltf -o x.exr --size 64x64 --env light.hdr \
     --shader neural:unknown.safetensors
 check [ ! -e x.exr ]
 

@@ -29,27 +29,27 @@ stop() {
 echo earlier >kept.exr
 for signal in INT TERM; do
     stop $signal "$PBNDS" render box.gltf -o kept.exr --env light.hdr --shader reference \
-        --spp 1000000 --size 256x256 --quiet
+        --spp 2000 --size 512x512 --quiet
     check [ "$(cat kept.exr)" = earlier ]
     stop $signal "$PBNDS" compare box.gltf -o out --env light.hdr --shaders ggx \
-        --reference-spp 1000000 --size 256x256 --quiet
+        --reference-spp 2000 --size 512x512 --quiet
     check [ ! -e out/compare.png ]
 done
 clean_folder .
 
 # A data set that was stopped goes on: what was made stays, and the end is the same.
 make="$PBNDS dataset scenes --envs envs --count 6 --size 64x64 --seed 1 --quiet"
-stop INT $make -o stopped --spp 20000
+stop INT $make -o stopped --spp 2000
 clean_folder stopped
 
 # Training leaves a checkpoint and goes on from it.
 run 0 $make -o data --spp 4
-train="$PBNDS train data --model transport --crop 32 --batch 1 --lights 2 --precision fp32 --quiet"
+train="$PBNDS train data --model transport --crop 32 --batch 1 --precision fp32 --quiet"
 checks=$((checks + 1))
 $train -o w.safetensors --steps 1000000 >stdout 2>stderr &
 pid=$!
 for _ in $(seq 100); do
-    [ -s w.csv ] && break
+    [ -s w.safetensors.csv ] && break
     sleep 0.1
 done
 sleep 0.5

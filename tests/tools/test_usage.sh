@@ -18,7 +18,7 @@ for name in render gbuffer shade compare dataset train info check bench; do
     check grep -q "^usage: pbnds $name" stdout
     check grep -q "^Exit status" stdout
     check grep -q "  pbnds $name" stdout # an example
-    check [ "$(awk '{ if (length > n) n = length } END { print n }' stdout)" -le 92 ]
+    check [ "$(awk '{ if (length > n) n = length } END { print n }' stdout)" -le 90 ]
     cp stdout help
     run 0 "$PBNDS" help $name
     check cmp -s help stdout
