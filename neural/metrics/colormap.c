@@ -14,8 +14,8 @@ enum { ANCHORS = 6, STEPS = 256, FINE = 64 };
 /* L*, a*, b*: black, indigo, violet, raspberry, orange, cream. All are colours of sRGB.
  */
 static const double PATH[ANCHORS][3] = {
-    {0.0, 0.0, 0.0},    {18.0, 26.0, -36.0}, {38.0, 52.0, -26.0},
-    {57.0, 60.0, 16.0}, {78.0, 28.0, 50.0},  {97.0, -4.0, 24.0},
+    {0.0, 0.0, 0.0},    {18.0, 25.0, -30.0}, {38.0, 51.0, -24.0},
+    {57.0, 57.0, 14.0}, {77.0, 17.0, 40.0},  {96.0, -4.0, 19.0},
 };
 
 /* Catmull-Rom through the anchors; t in [0, ANCHORS - 1]. */
