@@ -29,13 +29,19 @@ static int build_one(const struct gen_maker *k, const struct choice *choices, in
 int gen_random_object(const struct gen_maker *k)
 {
     static const struct choice choices[] = {
-        {6.0f, gen_build_basic}, {2.0f, gen_build_vase}, {2.0f, gen_build_rock}};
+        {5.0f, gen_build_basic}, {1.5f, gen_build_vase},      {1.5f, gen_build_rock},
+        {1.0f, gen_build_blob},  {0.8f, gen_build_symmetric}, {1.0f, gen_build_carved},
+        {0.6f, gen_build_head},  {0.4f, gen_build_helmet},    {0.7f, gen_build_figure},
+    };
     return build_one(k, choices, (int)(sizeof choices / sizeof choices[0]));
 }
 
 int gen_random_hero(const struct gen_maker *k)
 {
     static const struct choice choices[] = {
-        {1.0f, gen_build_basic}, {2.0f, gen_build_vase}, {2.0f, gen_build_rock}};
+        {0.8f, gen_build_basic}, {0.8f, gen_build_vase},      {1.0f, gen_build_rock},
+        {0.8f, gen_build_blob},  {1.5f, gen_build_symmetric}, {1.0f, gen_build_carved},
+        {4.0f, gen_build_head},  {2.0f, gen_build_helmet},    {1.5f, gen_build_figure},
+    };
     return build_one(k, choices, (int)(sizeof choices / sizeof choices[0]));
 }

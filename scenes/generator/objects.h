@@ -6,6 +6,7 @@
 #define PBNDS_SCENES_OBJECTS_H
 
 #include "scenes/generator/material.h"
+#include "scenes/generator/sdf.h"
 
 /** What a builder needs. */
 struct gen_maker {
@@ -29,7 +30,10 @@ int gen_random_hero(const struct gen_maker *k);
 void gen_build_basic(const struct gen_maker *k);
 void gen_build_vase(const struct gen_maker *k);
 void gen_build_rock(const struct gen_maker *k);
-/* objects_form.c: implicit surfaces */
+/* objects_form.c, objects_living.c: implicit surfaces */
+/** Meshes an implicit surface into the object opened last. */
+void gen_form_part(const struct gen_maker *k, const struct gen_sdf *s, int cells,
+                   int material);
 void gen_build_blob(const struct gen_maker *k);
 void gen_build_symmetric(const struct gen_maker *k);
 void gen_build_carved(const struct gen_maker *k);
