@@ -191,7 +191,7 @@ struct bias_sum {
 PBNDS_KERNEL
 static void add_four_f32(const float *dy, size_t n, float *sum)
 {
-#pragma omp simd
+    PBNDS_SIMD
     for (size_t o = 0; o < n; ++o) {
         sum[o] += (dy[o] + dy[n + o]) + (dy[2 * n + o] + dy[3 * n + o]);
     }
@@ -200,7 +200,7 @@ static void add_four_f32(const float *dy, size_t n, float *sum)
 PBNDS_KERNEL
 static void add_four_bf16(const uint16_t *dy, size_t n, float *sum)
 {
-#pragma omp simd
+    PBNDS_SIMD
     for (size_t o = 0; o < n; ++o) {
         sum[o] += (pbnds_bf16_to_f32(dy[o]) + pbnds_bf16_to_f32(dy[n + o])) +
                   (pbnds_bf16_to_f32(dy[2 * n + o]) + pbnds_bf16_to_f32(dy[3 * n + o]));

@@ -12,13 +12,29 @@
 
 #include "neural/backend/backend.h"
 
-/** Before a loop over elements: compiled for AVX2 too and chosen at load time. Every
- * clone computes the same bits, for none of these loops reorders a sum or contracts. */
+#if defined(__SANITIZE_ADDRESS__)
+#define PBNDS_SANITIZED 1 /* which does not get on with clones */
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define PBNDS_SANITIZED 1
+#endif
+#endif
+
+/** Before a function with loops over elements: compiled for AVX2 too and chosen at load
+ *  time. Every clone computes the same bits, for none reorders a sum or contracts. */
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__gnu_linux__) &&              \
-    !defined(__AVX2__) && !defined(__SANITIZE_ADDRESS__)
+    !defined(__AVX2__) && !defined(PBNDS_SANITIZED)
 #define PBNDS_KERNEL __attribute__((target_clones("avx2", "default")))
 #else
 #define PBNDS_KERNEL
+#endif
+
+/** Before such a loop. Clang vectorises it unasked, and warns where it was asked and
+ *  cannot (without optimisation, with sanitizers). */
+#if defined(__clang__)
+#define PBNDS_SIMD
+#else
+#define PBNDS_SIMD _Pragma("omp simd")
 #endif
 
 static inline size_t pbnds_dtype_size(enum pbnds_dtype dtype)

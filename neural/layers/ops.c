@@ -30,7 +30,7 @@ static float positive(float v)
     PBNDS_KERNEL static void add_##name(const T##_TYPE *a, const T##_TYPE *b,          \
                                         T##_TYPE *y, size_t n)                         \
     {                                                                                  \
-        _Pragma("omp simd") for (size_t i = 0; i < n; ++i)                             \
+        PBNDS_SIMD for (size_t i = 0; i < n; ++i)                                      \
         {                                                                              \
             y[i] = T##_STORE(T##_LOAD(a[i]) + T##_LOAD(b[i]));                         \
         }                                                                              \
@@ -38,7 +38,7 @@ static float positive(float v)
     PBNDS_KERNEL static void add_relu_##name(const T##_TYPE *a, const T##_TYPE *b,     \
                                              T##_TYPE *y, size_t n)                    \
     {                                                                                  \
-        _Pragma("omp simd") for (size_t i = 0; i < n; ++i)                             \
+        PBNDS_SIMD for (size_t i = 0; i < n; ++i)                                      \
         {                                                                              \
             y[i] = T##_STORE(positive(T##_LOAD(a[i]) + T##_LOAD(b[i])));               \
         }                                                                              \
@@ -46,22 +46,22 @@ static float positive(float v)
     PBNDS_KERNEL static void accumulate_f32_##name(const float *x, T##_TYPE *y,        \
                                                    size_t n)                           \
     {                                                                                  \
-        _Pragma("omp simd") for (size_t i = 0; i < n; ++i)                             \
+        PBNDS_SIMD for (size_t i = 0; i < n; ++i)                                      \
         {                                                                              \
             y[i] = T##_STORE(T##_LOAD(y[i]) + x[i]);                                   \
         }                                                                              \
     }                                                                                  \
     PBNDS_KERNEL static void sum_##name(const T##_TYPE *x, float *y, size_t n)         \
     {                                                                                  \
-        _Pragma("omp simd") for (size_t i = 0; i < n; ++i) y[i] += T##_LOAD(x[i]);     \
+        PBNDS_SIMD for (size_t i = 0; i < n; ++i) y[i] += T##_LOAD(x[i]);              \
     }                                                                                  \
     PBNDS_KERNEL static void from_f32_##name(const float *x, T##_TYPE *y, size_t n)    \
     {                                                                                  \
-        _Pragma("omp simd") for (size_t i = 0; i < n; ++i) y[i] = T##_STORE(x[i]);     \
+        PBNDS_SIMD for (size_t i = 0; i < n; ++i) y[i] = T##_STORE(x[i]);              \
     }                                                                                  \
     PBNDS_KERNEL static void to_f32_##name(const T##_TYPE *x, float *y, size_t n)      \
     {                                                                                  \
-        _Pragma("omp simd") for (size_t i = 0; i < n; ++i) y[i] = T##_LOAD(x[i]);      \
+        PBNDS_SIMD for (size_t i = 0; i < n; ++i) y[i] = T##_LOAD(x[i]);               \
     }                                                                                  \
     PBNDS_KERNEL static void dropout_##name(const T##_TYPE *x, T##_TYPE *y,            \
                                             size_t first, size_t n, uint64_t key,      \
@@ -79,7 +79,7 @@ FOR_TYPES(DEFINE_FLAT)
 PBNDS_KERNEL
 static void mask_f32(const float *y, float *dy, size_t n)
 {
-#pragma omp simd
+    PBNDS_SIMD
     for (size_t i = 0; i < n; ++i)
         dy[i] = y[i] > 0.0f ? dy[i] : 0.0f;
 }
@@ -88,7 +88,7 @@ static void mask_f32(const float *y, float *dy, size_t n)
 PBNDS_KERNEL
 static void mask_bf16(const uint16_t *y, uint16_t *dy, size_t n)
 {
-#pragma omp simd
+    PBNDS_SIMD
     for (size_t i = 0; i < n; ++i) {
         const int16_t positive_y = (int16_t)y[i] > 0;
         dy[i] = (uint16_t)(dy[i] & (uint16_t)-positive_y);
@@ -399,7 +399,7 @@ void pbnds_sum_lights(enum pbnds_dtype dtype, struct pbnds_shape part, size_t li
         const T##_TYPE *below = x + 2 * w * c;                                         \
         for (size_t p = 0; p < w; ++p) {                                               \
             const T##_TYPE *up = x + 2 * p * c, *down = below + 2 * p * c;             \
-            _Pragma("omp simd") for (size_t o = 0; o < c; ++o)                         \
+            PBNDS_SIMD for (size_t o = 0; o < c; ++o)                                  \
             {                                                                          \
                 const float sum = (T##_LOAD(up[o]) + T##_LOAD(up[c + o])) +            \
                                   (T##_LOAD(down[o]) + T##_LOAD(down[c + o]));         \
@@ -413,7 +413,7 @@ void pbnds_sum_lights(enum pbnds_dtype dtype, struct pbnds_shape part, size_t li
         T##_TYPE *below = x + 2 * w * c;                                               \
         for (size_t p = 0; p < w; ++p) {                                               \
             T##_TYPE *up = x + 2 * p * c, *down = below + 2 * p * c;                   \
-            _Pragma("omp simd") for (size_t o = 0; o < c; ++o)                         \
+            PBNDS_SIMD for (size_t o = 0; o < c; ++o)                                  \
             {                                                                          \
                 const T##_TYPE v = T##_STORE(0.25f * T##_LOAD(y[p * c + o]));          \
                 up[o] = v;                                                             \
