@@ -27,7 +27,7 @@ extern "C" {
 
 /** Error images must have 3 channels and agree in size, else ARGUMENT; an image with a NaN or
  *  infinity in a counted pixel, or an empty mask, is FORMAT. flip_map (or NULL) receives a
- *  1-channel image, allocated here. */
+ *  1-channel image, allocated here, 0 where the mask does not count. */
 enum pbnds_status pbnds_metrics_compare(const struct pbnds_image *display,
                                         const struct pbnds_image *display_reference,
                                         const struct pbnds_image *linear,
@@ -35,7 +35,8 @@ enum pbnds_status pbnds_metrics_compare(const struct pbnds_image *display,
                                         const float *mask, struct pbnds_metrics *metrics,
                                         struct pbnds_image *flip_map,
                                         struct pbnds_error *error) PBNDS_NODISCARD;
-/** The parts, for tests and other callers. */
+/** The parts, for tests and other callers. SSIM is NaN when shapes differ, nothing counts, memory
+ *  is out or a stop was requested. */
 double pbnds_ssim(const struct pbnds_image *a, const struct pbnds_image *b,
                   const float *mask);
 enum pbnds_status pbnds_flip(const struct pbnds_image *test,
