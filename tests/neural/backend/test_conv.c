@@ -294,6 +294,30 @@ static void test_known_answers(void **state)
     }
 }
 
+/** Blocks, the last of them short, and a tail that is not a multiple of four. */
+static void test_bias_gradient_sums_all_pixels(void **state)
+{
+    (void)state;
+    enum { PIXELS = 2 * 2048 + 7, CHANNELS = 5 };
+    float *dy = malloc(PIXELS * CHANNELS * sizeof *dy);
+    for (int dtype = 0; dtype < 2; ++dtype) {
+        const enum pbnds_dtype type = dtype ? PBNDS_BF16 : PBNDS_F32;
+        float sum[CHANNELS] = {1, 2, 3, 4, 5};
+        double expected[CHANNELS] = {1, 2, 3, 4, 5};
+        struct pbnds_error error;
+        fill_typed(type, dy, PIXELS * CHANNELS, 8);
+        for (size_t i = 0; i < PIXELS * CHANNELS; ++i) {
+            expected[i % CHANNELS] += get(type, dy, i);
+        }
+        assert_int_equal(
+            pbnds_conv_bias_gradient(dy, type, PIXELS, CHANNELS, sum, &error),
+            PBNDS_OK);
+        for (int o = 0; o < CHANNELS; ++o)
+            assert_near((double)sum[o], expected[o], 1e-3);
+    }
+    free(dy);
+}
+
 /** Cached copies of weights must go when the weights change, and must not be mixed up
  *  between the two directions of a square 1x1. */
 static void test_weights_cache(void **state)
@@ -401,6 +425,7 @@ int main(void)
         cmocka_unit_test(test_bf16_equals_the_twin),
         cmocka_unit_test(test_twin_has_the_derivatives_of_its_forward),
         cmocka_unit_test(test_known_answers),
+        cmocka_unit_test(test_bias_gradient_sums_all_pixels),
         cmocka_unit_test(test_weights_cache),
         cmocka_unit_test(test_determinism),
         cmocka_unit_test(test_bad_convolutions_are_refused),
