@@ -271,18 +271,37 @@ static enum pbnds_status add_camera(struct pbnds_gltf_load_state *g, size_t node
     return PBNDS_OK;
 }
 
-/** Room for every mesh and camera that the scene can have. */
+/** What the vertices and indices of a mesh take at least, once for each of its nodes.
+ */
+static uint64_t least_size(const struct pbnds_gltf_document *d, int64_t mesh)
+{
+    uint64_t size = 0;
+    for (size_t i = 0; i < d->meshes[mesh].primitive_count; ++i) {
+        const struct pbnds_gltf_primitive *p = &d->meshes[mesh].primitives[i];
+        const uint64_t vertices = p->position < 0 ? 0 : d->accessors[p->position].count;
+        const uint64_t indices = p->indices < 0 ? 0 : d->accessors[p->indices].count;
+        size += (vertices < UINT32_MAX ? vertices : UINT32_MAX) * 12;
+        size += (indices < UINT32_MAX ? indices : UINT32_MAX) * 4;
+    }
+    return size;
+}
+
+/** Room for every mesh and camera that the scene can have. Instances are copies: a
+ * small file that asks for much is refused before anything is built. */
 static enum pbnds_status make_room(struct pbnds_gltf_load_state *g)
 {
-    uint64_t meshes = 0, cameras = 0;
+    uint64_t meshes = 0, cameras = 0, size = 0;
     for (size_t i = 0; i < g->doc.node_count; ++i) {
         const int64_t mesh = g->doc.nodes[i].mesh;
         if (!g->in_scene[i]) continue;
         if (mesh >= 0) meshes += g->doc.meshes[mesh].primitive_count;
+        if (mesh >= 0 && size <= PBNDS_GLTF_MAX_GEOMETRY)
+            size += least_size(&g->doc, mesh);
         if (g->doc.nodes[i].camera >= 0) ++cameras;
     }
-    if (meshes > (1u << 24)) {
-        return pbnds_fail(g->error, PBNDS_ERROR_MEMORY, "%s: has more than 2^24 meshes",
+    if (meshes > (1u << 24) || size > PBNDS_GLTF_MAX_GEOMETRY) {
+        return pbnds_fail(g->error, PBNDS_ERROR_MEMORY,
+                          "%s: its geometry takes more than 8 GiB or 2^24 meshes",
                           g->name);
     }
     g->scene->meshes = calloc((size_t)meshes + 1, sizeof *g->scene->meshes);

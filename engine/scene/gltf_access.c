@@ -63,7 +63,30 @@ enum pbnds_status pbnds_gltf_view_bytes(struct pbnds_gltf_load_state *g, int64_t
     return PBNDS_OK;
 }
 
-/** Do `count` elements of `element` bytes, `stride` apart (0: packed), fit? */
+enum pbnds_status pbnds_gltf_check_range(struct pbnds_gltf_load_state *g,
+                                         const char *what, int64_t view,
+                                         uint64_t offset, uint64_t count,
+                                         uint64_t element, uint64_t stride)
+{
+    const uint64_t size = g->doc.views[view].length;
+    if (stride && stride < element) {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: bufferView %lld has a byteStride of %llu, smaller than "
+                          "the elements of %s",
+                          g->name, (long long)view, (unsigned long long)stride, what);
+    }
+    /* (count - 1) * stride + element <= size - offset, without an overflow */
+    const uint64_t step = stride ? stride : element;
+    const bool fits = offset <= size && element <= size - offset &&
+                      (count - 1) <= (size - offset - element) / step;
+    if (count == 0 || fits) return PBNDS_OK;
+    return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                      "%s: %s reaches beyond the end of bufferView %lld", g->name, what,
+                      (long long)view);
+}
+
+/** Where `count` elements of `element` bytes lie; a view's stride spaces them if
+ * `strided`. */
 static enum pbnds_status range_of(struct pbnds_gltf_load_state *g, const char *what,
                                   int64_t view, uint64_t offset, uint64_t count,
                                   uint64_t element, bool strided, struct range *range)
@@ -72,27 +95,13 @@ static enum pbnds_status range_of(struct pbnds_gltf_load_state *g, const char *w
     uint64_t size = 0;
     PBNDS_TRY(pbnds_gltf_view_bytes(g, view, what, &data, &size));
     const uint64_t stride = strided ? g->doc.views[view].stride : 0;
+    PBNDS_TRY(pbnds_gltf_check_range(g, what, view, offset, count, element, stride));
     range->stride = stride ? stride : element;
-    if (range->stride < element) {
-        return pbnds_fail(
-            g->error, PBNDS_ERROR_FORMAT,
-            "%s: bufferView %lld has a byteStride of %llu, smaller than the "
-            "elements of %s",
-            g->name, (long long)view, (unsigned long long)stride, what);
-    }
-    /* (count - 1) * stride + element <= size - offset, without an overflow */
-    const bool fits = offset <= size && element <= size - offset &&
-                      (count - 1) <= (size - offset - element) / range->stride;
-    if (count && !fits) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: %s reaches beyond the end of bufferView %lld", g->name,
-                          what, (long long)view);
-    }
     range->data = count ? data + offset : data;
     return PBNDS_OK;
 }
 
-static uint64_t element_size(const struct pbnds_gltf_accessor *a)
+uint64_t pbnds_gltf_element_size(const struct pbnds_gltf_accessor *a)
 {
     return component_size(a->component) * (uint64_t)a->width;
 }
@@ -120,8 +129,8 @@ enum pbnds_status pbnds_gltf_accessor_at(struct pbnds_gltf_load_state *g, int64_
     }
     struct range unused;
     if (a->view >= 0) {
-        PBNDS_TRY(range_of(g, what, a->view, a->offset, a->count, element_size(a), true,
-                           &unused));
+        PBNDS_TRY(range_of(g, what, a->view, a->offset, a->count,
+                           pbnds_gltf_element_size(a), true, &unused));
     }
     *accessor = a;
     return PBNDS_OK;
@@ -220,7 +229,7 @@ static enum pbnds_status read_sparse(struct pbnds_gltf_load_state *g,
     PBNDS_TRY(range_of(g, what, a->sparse_index_view, (uint64_t)a->sparse_index_offset,
                        count, component_size(component), false, &indices));
     PBNDS_TRY(range_of(g, what, a->sparse_value_view, (uint64_t)a->sparse_value_offset,
-                       count, element_size(a), false, &values));
+                       count, pbnds_gltf_element_size(a), false, &values));
     for (uint64_t i = 0; i < count; ++i) {
         const uint32_t slot =
             component_uint(indices.data + i * indices.stride, component);
@@ -240,8 +249,8 @@ static enum pbnds_status read_all(struct pbnds_gltf_load_state *g,
 {
     if (a->view >= 0) {
         struct range r;
-        PBNDS_TRY(
-            range_of(g, what, a->view, a->offset, a->count, element_size(a), true, &r));
+        PBNDS_TRY(range_of(g, what, a->view, a->offset, a->count,
+                           pbnds_gltf_element_size(a), true, &r));
         for (uint64_t i = 0; i < a->count; ++i)
             put(a, out, i, r.data + i * r.stride);
     } else {

@@ -1,3 +1,5 @@
+#include <stdio.h>
+
 #include "engine/scene/gltf_load.h"
 
 /* Every reference of the document, used by the scene or not, so that a damaged file is
@@ -42,6 +44,13 @@ static enum pbnds_status check_accessors(struct pbnds_gltf_load_state *g)
         const struct pbnds_gltf_accessor *a = &d->accessors[i];
         if (!exists(a->view, d->view_count, true)) {
             return dangling(g, "accessor", i, "bufferView", a->view);
+        }
+        const uint64_t element = pbnds_gltf_element_size(a);
+        if (a->view >= 0 && element > 0) {
+            char what[40];
+            (void)snprintf(what, sizeof what, "accessor %zu", i);
+            PBNDS_TRY(pbnds_gltf_check_range(g, what, a->view, a->offset, a->count,
+                                             element, d->views[a->view].stride));
         }
         if (a->sparse && !exists(a->sparse_index_view, d->view_count, false)) {
             return dangling(g, "accessor", i, "bufferView", a->sparse_index_view);

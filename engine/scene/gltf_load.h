@@ -13,6 +13,9 @@
 #include "engine/scene/gltf_source.h"
 #include "engine/scene/scene.h"
 
+/** What all geometry of a scene may take. */
+#define PBNDS_GLTF_MAX_GEOMETRY ((uint64_t)8 << 30)
+
 /** A load in progress. */
 struct pbnds_gltf_load_state {
     const char *name;
@@ -43,6 +46,15 @@ enum pbnds_status
 pbnds_gltf_accessor_at(struct pbnds_gltf_load_state *g, int64_t index, int width,
                        const char *what,
                        const struct pbnds_gltf_accessor **accessor) PBNDS_NODISCARD;
+/** Bytes of one element; 0 where the accessor's type is unknown. */
+uint64_t pbnds_gltf_element_size(const struct pbnds_gltf_accessor *accessor);
+/** Do `count` elements of `element` > 0 bytes from `offset`, `stride` apart (0:
+ * packed), lie inside of an existing view? FORMAT otherwise. */
+enum pbnds_status pbnds_gltf_check_range(struct pbnds_gltf_load_state *g,
+                                         const char *what, int64_t view,
+                                         uint64_t offset, uint64_t count,
+                                         uint64_t element,
+                                         uint64_t stride) PBNDS_NODISCARD;
 /** count * width floats, integers normalised where the accessor says so, sparse values
  *  applied. Every value must be finite. */
 enum pbnds_status pbnds_gltf_read_floats(struct pbnds_gltf_load_state *g,

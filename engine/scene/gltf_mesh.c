@@ -4,10 +4,6 @@
 #include "engine/scene/gltf_load.h"
 #include "engine/scene/tangent.h"
 
-/* What all geometry may take: instances are copies, so a small file can ask for much.
- */
-static const uint64_t max_geometry = (uint64_t)8 << 30;
-
 /** A primitive being built and what it is built from. */
 struct build {
     struct pbnds_gltf_load_state *g;
@@ -28,7 +24,7 @@ static enum pbnds_status charge(struct pbnds_gltf_load_state *g, uint64_t count,
                                 uint64_t size)
 {
     g->geometry_bytes += count * size; /* count < 2^32 each: no overflow */
-    if (g->geometry_bytes <= max_geometry) return PBNDS_OK;
+    if (g->geometry_bytes <= PBNDS_GLTF_MAX_GEOMETRY) return PBNDS_OK;
     return pbnds_fail(g->error, PBNDS_ERROR_MEMORY,
                       "%s: its geometry takes more than 8 GiB", g->name);
 }
