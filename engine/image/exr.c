@@ -158,7 +158,9 @@ static exr_context_initializer_t initializer(struct stream *s)
     init.read_fn = stream_read;
     init.size_fn = stream_size;
     init.write_fn = stream_write;
-    init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+    /* The lenient mode guesses what is missing: a damaged compression becomes ZIP. */
+    init.flags =
+        EXR_CONTEXT_FLAG_STRICT_HEADER | EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     return init;
 }
 
