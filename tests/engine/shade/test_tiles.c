@@ -1,0 +1,104 @@
+/* engine/shade/tiles.c: every pixel once, honest progress, prompt stop. */
+#include "tests/test.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "engine/core/parallel.h"
+#include "engine/shade/tiles.h"
+
+enum { WIDTH = 37, HEIGHT = 23 };
+
+struct visits {
+    unsigned char count[HEIGHT][WIDTH];
+};
+
+static void visit(void *context, const struct pbnds_tile *tile)
+{
+    struct visits *visits = context;
+    for (int y = tile->y0; y < tile->y1; ++y)
+        for (int x = tile->x0; x < tile->x1; ++x)
+            ++visits->count[y][x];
+}
+
+static void each_pixel_is_visited_once(void **state)
+{
+    (void)state;
+    struct pbnds_error error;
+    const int sides[] = {1, 8, 16, 100};
+    for (size_t s = 0; s < sizeof sides / sizeof *sides; ++s) {
+        struct visits visits;
+        memset(&visits, 0, sizeof visits);
+        assert_int_equal(
+            pbnds_for_tiles(WIDTH, HEIGHT, sides[s], NULL, "t", visit, &visits, &error),
+            PBNDS_OK);
+        for (int y = 0; y < HEIGHT; ++y)
+            for (int x = 0; x < WIDTH; ++x)
+                assert_int_equal(visits.count[y][x], 1);
+    }
+}
+
+struct heard {
+    double last;
+    bool falling, over;
+    double total;
+};
+
+static void hear(void *user, const char *stage, double done, double total)
+{
+    struct heard *heard = user;
+    (void)stage;
+    heard->falling = heard->falling || done < heard->last;
+    heard->over = heard->over || done > total;
+    heard->last = done;
+    heard->total = total;
+}
+
+static void progress_rises_to_the_total(void **state)
+{
+    (void)state;
+    struct pbnds_error error;
+    struct visits visits;
+    struct heard heard = {0};
+    const struct pbnds_report report = {.progress = hear, .user = &heard};
+    memset(&visits, 0, sizeof visits);
+    pbnds_set_threads(3);
+    assert_int_equal(
+        pbnds_for_tiles(WIDTH, HEIGHT, 8, &report, "t", visit, &visits, &error),
+        PBNDS_OK);
+    assert_false(heard.falling);
+    assert_false(heard.over);
+    assert_near(heard.total, 15.0, 0.0);
+    assert_near(heard.last, 15.0, 0.0);
+}
+
+static void stop_at_first_tile(void *context, const struct pbnds_tile *tile)
+{
+    visit(context, tile);
+    pbnds_request_stop();
+}
+
+/* Last, because the flag cannot be lowered. */
+static void a_stop_ends_the_walk(void **state)
+{
+    (void)state;
+    struct pbnds_error error;
+    struct visits visits;
+    memset(&visits, 0, sizeof visits);
+    pbnds_set_threads(1);
+    assert_int_equal(pbnds_for_tiles(WIDTH, HEIGHT, 8, NULL, "t", stop_at_first_tile,
+                                     &visits, &error),
+                     PBNDS_ERROR_INTERRUPTED);
+    assert_int_equal(visits.count[0][0], 1);
+    assert_int_equal(visits.count[HEIGHT - 1][WIDTH - 1], 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_pixel_is_visited_once),
+        cmocka_unit_test(progress_rises_to_the_total),
+        cmocka_unit_test(a_stop_ends_the_walk),
+    };
+    return cmocka_run_group_tests_name("engine/shade/tiles", tests, NULL, NULL);
+}
