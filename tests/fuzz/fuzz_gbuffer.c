@@ -8,6 +8,8 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
+static volatile float sink; /* so that no read is optimised away */
+
 /* What the contract promises of every G-buffer that was read. */
 static void check_gbuffer(const struct pbnds_gbuffer *g)
 {
@@ -25,7 +27,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (!scratch_write(path, sizeof path, ".exr", data, size)) return 0;
     struct pbnds_exr exr;
     struct pbnds_error error;
-    volatile float sink = 0.0f;
+
     if (pbnds_exr_read(path, &exr, &error) == PBNDS_OK) {
         const size_t last = (size_t)exr.width * (size_t)exr.height - 1;
         for (int i = 0; i < exr.channel_count; ++i) {

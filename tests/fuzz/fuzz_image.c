@@ -9,6 +9,8 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
+static volatile float sink; /* so that no read is optimised away */
+
 /* Files are opened by their names, so the bytes get the name that fits them. */
 static const char *extension_of(const uint8_t *data, size_t size)
 {
@@ -23,7 +25,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct pbnds_error error;
     struct pbnds_pixels pixels;
-    volatile float sink = 0.0f;
+
     if (pbnds_pixels_decode(data, size, "fuzz", &pixels, &error) == PBNDS_OK) {
         const size_t last = 4 * (size_t)pixels.width * (size_t)pixels.height - 1;
         sink += pixels.u8 ? (float)pixels.u8[last] : pixels.f32[last];
