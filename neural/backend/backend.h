@@ -1,7 +1,7 @@
 /**
  * @file backend.h
  * The small op interface that a device implements: convolutions forward and backward on
- * NHWC tensors. backend_reference.c is the naive twin for tests; dnn.c is oneDNN and the
+ * NHWC tensors. reference.c is the naive twin for tests; dnn.c is oneDNN and the
  * only file that includes it; another device is one more file.
  *
  * Element type: float32, or bfloat16 for activations and their gradients (round to

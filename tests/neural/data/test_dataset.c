@@ -1,0 +1,179 @@
+/* Data sets: samples are pure functions of (recipe, seed, id), splits never mix. */
+#include "tests/neural/data/fixture_data.h"
+
+#include "engine/core/parallel.h"
+
+static const char *const ROOT[] = {"test_dataset_assets"};
+
+static int count_of(const char *dir, enum pbnds_split split)
+{
+    struct pbnds_sample_list list;
+    assert_int_equal(pbnds_dataset_list(dir, split, &list, NULL), PBNDS_OK);
+    const int count = list.count;
+    pbnds_sample_list_free(&list);
+    return count;
+}
+
+static void make(const struct pbnds_dataset_recipe *recipe, const char *dir)
+{
+    struct pbnds_error error = {{0}};
+    if (pbnds_dataset_make(recipe, dir, NULL, &error) != PBNDS_OK) {
+        fail_msg("%s", error.message);
+    }
+}
+
+static void samples_do_not_depend_on_how_they_were_made(void **state)
+{
+    (void)state;
+    fixture_assets(ROOT[0]);
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
+    pbnds_set_threads(1);
+    make(&recipe, "test_dataset_whole");
+    pbnds_set_threads(3);
+    for (int shard = 2; shard >= 0; --shard) { /* in parts, the other way round */
+        recipe.shard = shard;
+        recipe.shard_count = 3;
+        make(&recipe, "test_dataset_parts");
+    }
+    pbnds_set_threads(0);
+    assert_int_equal(count_of("test_dataset_whole", PBNDS_SPLIT_TRAIN), 10);
+    assert_int_equal(count_of("test_dataset_whole", PBNDS_SPLIT_VAL), 1);
+    assert_int_equal(count_of("test_dataset_whole", PBNDS_SPLIT_TEST), 1);
+    for (int id = 0; id < 12; ++id) {
+        const char *split = id == 8 ? "val" : id == 9 ? "test" : "train";
+        static const char *const FILES[] = {"sample.exr", "light.exr", "sample.json"};
+        for (int f = 0; f < 3; ++f) {
+            char a[128], b[128];
+            (void)snprintf(a, sizeof a, "test_dataset_whole/%s/%06d/%s", split, id,
+                           FILES[f]);
+            (void)snprintf(b, sizeof b, "test_dataset_parts/%s/%06d/%s", split, id,
+                           FILES[f]);
+            assert_true(fixture_same(a, b));
+        }
+    }
+    char whole[17], parts[17];
+    assert_int_equal(pbnds_dataset_hash("test_dataset_whole", whole, NULL), PBNDS_OK);
+    assert_int_equal(pbnds_dataset_hash("test_dataset_parts", parts, NULL), PBNDS_OK);
+    assert_string_equal(whole, parts);
+    fixture_remove("test_dataset_parts");
+}
+
+static void a_sample_reads_back_whole(void **state)
+{
+    (void)state;
+    struct pbnds_sample sample;
+    struct pbnds_error error = {{0}};
+    if (pbnds_sample_load("test_dataset_whole/val/000008", &sample, &error) !=
+        PBNDS_OK) {
+        fail_msg("%s", error.message);
+    }
+    int covered = 0, visible = 0, brighter = 0;
+    for (size_t i = 0; i < 32u * 32u; ++i) {
+        if (!isfinite(sample.gbuffer.depth[i])) {
+            assert_int_equal(sample.visibility[i], 0);
+            continue;
+        }
+        ++covered;
+        visible += sample.visibility[i] != 0;
+        brighter += sample.radiance.data[3 * i] >= sample.direct.data[3 * i];
+    }
+    assert_true(covered > 150); /* the camera check promises 15 % */
+    assert_true(visible > covered / 2);
+    assert_int_equal(brighter, covered); /* direct light is a part of all light */
+    struct pbnds_env_light lights[PBNDS_DATASET_LIGHTS];
+    assert_true(pbnds_envmap_cluster(sample.envmap, PBNDS_DATASET_LIGHTS, lights) > 8);
+    pbnds_sample_free(&sample);
+}
+
+static void missing_samples_are_made_and_the_others_kept(void **state)
+{
+    (void)state;
+    const char *kept = "test_dataset_whole/train/000000/sample.json";
+    struct stat before, after;
+    assert_int_equal(stat(kept, &before), 0);
+    fixture_remove("test_dataset_whole/train/000003");
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
+    make(&recipe, "test_dataset_whole");
+    assert_int_equal(count_of("test_dataset_whole", PBNDS_SPLIT_TRAIN), 10);
+    assert_int_equal(stat(kept, &after), 0);
+    assert_true(before.st_ino == after.st_ino);
+}
+
+static void another_recipe_is_refused(void **state)
+{
+    (void)state;
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
+    recipe.spp = 5;
+    struct pbnds_error error = {{0}};
+    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_whole", NULL, &error),
+                     PBNDS_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "another recipe"));
+}
+
+static void an_asset_in_two_splits_is_refused(void **state)
+{
+    (void)state;
+    fixture_gltf("test_dataset_assets/test/copy.gltf",
+                 1.0f); /* the bytes of train/shape0 */
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
+    struct pbnds_error error = {{0}};
+    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_leak", NULL, &error),
+                     PBNDS_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "split"));
+    assert_int_equal(unlink("test_dataset_assets/test/copy.gltf"), 0);
+}
+
+static char warned[1024];
+
+static void remember(void *user, const char *sentence)
+{
+    (void)user;
+    (void)snprintf(warned, sizeof warned, "%s", sentence);
+}
+
+static void a_broken_asset_costs_its_samples_only(void **state)
+{
+    (void)state;
+    assert_int_equal(
+        pbnds_file_write("test_dataset_assets/val/shape1.gltf", "{", 1, NULL),
+        PBNDS_OK);
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 9);
+    const struct pbnds_report report = {.warn = remember};
+    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_broken", &report, NULL),
+                     PBNDS_OK);
+    assert_int_equal(count_of("test_dataset_broken", PBNDS_SPLIT_TRAIN), 8);
+    assert_int_equal(count_of("test_dataset_broken", PBNDS_SPLIT_VAL), 0);
+    assert_non_null(strstr(warned, "1 samples left out"));
+    fixture_remove("test_dataset_broken");
+}
+
+static void damaged_samples_are_refused(void **state)
+{
+    (void)state;
+    struct pbnds_sample sample;
+    struct pbnds_error error = {{0}};
+    const char *file = "test_dataset_whole/test/000009/sample.exr";
+    assert_int_equal(truncate(file, 3000), 0);
+    assert_true(pbnds_sample_load("test_dataset_whole/test/000009", &sample, &error) !=
+                PBNDS_OK);
+    assert_non_null(strstr(error.message, "000009/sample.exr"));
+    assert_int_equal(pbnds_dataset_list("test_dataset_nowhere", PBNDS_SPLIT_TRAIN,
+                                        &(struct pbnds_sample_list){0}, &error),
+                     PBNDS_ERROR_IO);
+    fixture_remove("test_dataset_whole");
+    fixture_remove(ROOT[0]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(samples_do_not_depend_on_how_they_were_made),
+        cmocka_unit_test(a_sample_reads_back_whole),
+        cmocka_unit_test(missing_samples_are_made_and_the_others_kept),
+        cmocka_unit_test(another_recipe_is_refused),
+        cmocka_unit_test(an_asset_in_two_splits_is_refused),
+        cmocka_unit_test(a_broken_asset_costs_its_samples_only),
+        cmocka_unit_test(damaged_samples_are_refused),
+    };
+    return cmocka_run_group_tests_name("neural/data/dataset", tests, NULL, NULL);
+}

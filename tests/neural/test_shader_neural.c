@@ -1,0 +1,213 @@
+/* The neural shading passes with random weights: what must hold whatever was learned.
+ */
+#include "tests/neural/fixture.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+#include "engine/core/parallel.h"
+#include "engine/shade/shader.h"
+#include "neural/model/model.h"
+#include "neural/shader_neural.h"
+
+static const char *write_random_weights(const char *model_name)
+{
+    static char path[64];
+    (void)snprintf(path, sizeof path, "test_shader_%d_%s.safetensors", (int)getpid(),
+                   model_name);
+    const struct pbnds_model *model = pbnds_model_find(model_name);
+    assert_non_null(model);
+    struct pbnds_backend *backend;
+    struct pbnds_net *net;
+    assert_int_equal(pbnds_backend_create_onednn(&backend, NULL), PBNDS_OK);
+    assert_int_equal(pbnds_net_create(&model->table, backend, PBNDS_F32, &net, NULL),
+                     PBNDS_OK);
+    pbnds_net_init(net, 7);
+    assert_int_equal(pbnds_weights_save(path, model, net, NULL, 0, NULL), PBNDS_OK);
+    pbnds_net_free(net);
+    pbnds_backend_free(backend);
+    return path;
+}
+
+static const struct pbnds_shader *make_shader(const char *model, enum pbnds_dtype dtype)
+{
+    const char *path = write_random_weights(model);
+    const struct pbnds_shader *shader;
+    struct pbnds_error error = {{0}};
+    const enum pbnds_status status =
+        pbnds_shader_neural_create(path, dtype, &shader, &error);
+    (void)unlink(path);
+    if (status != PBNDS_OK) fail_msg("%s", error.message);
+    assert_string_equal(shader->ops->name, model);
+    return shader;
+}
+
+static struct pbnds_image shade(const struct pbnds_shader *shader,
+                                const struct pbnds_gbuffer *g,
+                                const struct pbnds_envmap *env, int lights,
+                                size_t memory)
+{
+    const struct pbnds_shade_job job = {.gbuffer = g,
+                                        .envmap = env,
+                                        .seed = 1,
+                                        .lights = lights,
+                                        .shadows = -1,
+                                        .max_memory = memory};
+    struct pbnds_image image;
+    struct pbnds_error error = {{0}};
+    if (pbnds_shade(shader, &job, &image, &error) != PBNDS_OK) {
+        fail_msg("%s", error.message);
+    }
+    return image;
+}
+
+static double largest(const struct pbnds_image *image)
+{
+    double most = 0.0;
+    const size_t n = (size_t)image->width * (size_t)image->height * 3;
+    for (size_t i = 0; i < n; ++i) {
+        assert_true(isfinite(image->data[i]));
+        most = fmax(most, fabs((double)image->data[i]));
+    }
+    return most;
+}
+
+static double difference(const struct pbnds_image *a, const struct pbnds_image *b,
+                         double scale)
+{
+    double most = 0.0;
+    const size_t n = (size_t)a->width * (size_t)a->height * 3;
+    for (size_t i = 0; i < n; ++i) {
+        most = fmax(most, fabs((double)a->data[i] - scale * (double)b->data[i]));
+    }
+    return most;
+}
+
+static void transport_of_no_light_is_exactly_zero(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g = fixture_walls(37, 50); /* no multiple of 16 */
+    struct pbnds_envmap *black = fixture_env(0.0f, 1);
+    for (int dtype = PBNDS_F32; dtype <= PBNDS_BF16; ++dtype) {
+        const struct pbnds_shader *s =
+            make_shader("transport", (enum pbnds_dtype)dtype);
+        struct pbnds_image a = shade(s, &g, black, 0, 0), b = shade(s, &g, NULL, 0, 0);
+        assert_true(largest(&a) == 0.0);
+        assert_true(largest(&b) == 0.0);
+        pbnds_image_free(&a);
+        pbnds_image_free(&b);
+        pbnds_shader_neural_free(s);
+    }
+    pbnds_envmap_free(black);
+    pbnds_gbuffer_free(&g);
+}
+
+static void transport_scales_with_the_light(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g = fixture_walls(37, 50);
+    struct pbnds_envmap *one = fixture_env(1.0f, 5), *many = fixture_env(64.0f, 5);
+    const struct pbnds_shader *s = make_shader("transport", PBNDS_F32);
+    struct pbnds_image a = shade(s, &g, one, 24, 0), b = shade(s, &g, many, 24, 0);
+    assert_true(largest(&a) > 0.05);
+    assert_true(difference(&b, &a, 64.0) <= 1e-5 * largest(&b));
+    pbnds_image_free(&a);
+    pbnds_image_free(&b);
+    pbnds_shader_neural_free(s);
+    pbnds_envmap_free(one);
+    pbnds_envmap_free(many);
+    pbnds_gbuffer_free(&g);
+}
+
+static void chunks_of_lights_do_not_matter(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g = fixture_walls(40, 30);
+    struct pbnds_envmap *env = fixture_env(1.0f, 9);
+    static const char *const MODELS[] = {"transport", "pbnds+"};
+    for (int m = 0; m < 2; ++m) {
+        const struct pbnds_shader *s = make_shader(MODELS[m], PBNDS_F32);
+        struct pbnds_image a = shade(s, &g, env, 20, 0), b = shade(s, &g, env, 20, 1);
+        assert_true(largest(&a) > 0.0 || m == 1);
+        assert_true(difference(&a, &b, 1.0) <= 1e-5 * (largest(&a) + 1e-3));
+        pbnds_image_free(&a);
+        pbnds_image_free(&b);
+        pbnds_shader_neural_free(s);
+    }
+    pbnds_envmap_free(env);
+    pbnds_gbuffer_free(&g);
+}
+
+static void uncovered_pixels_stay_black_and_emission_is_exact(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g = fixture_walls(32, 32);
+    const size_t lamp = 16 * 32 + 16;
+    g.emission[1][lamp] = 7.5f;
+    struct pbnds_envmap *env = fixture_env(1.0f, 2);
+    const struct pbnds_shader *s = make_shader("transport", PBNDS_F32);
+    struct pbnds_image lit = shade(s, &g, env, 0, 0), dark = shade(s, &g, NULL, 0, 0);
+    for (size_t i = 0; i < 32u * 32u; ++i) {
+        if (g.coverage[i] > 0.0f) continue;
+        assert_true(lit.data[3 * i] == 0.0f && lit.data[3 * i + 1] == 0.0f);
+    }
+    assert_near((double)dark.data[3 * lamp + 1], 7.5, 0.0);
+    assert_true(lit.data[3 * lamp + 1] > 7.5f);
+    pbnds_image_free(&lit);
+    pbnds_image_free(&dark);
+    pbnds_shader_neural_free(s);
+    pbnds_envmap_free(env);
+    pbnds_gbuffer_free(&g);
+}
+
+static void threads_do_not_matter(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g = fixture_walls(32, 48);
+    struct pbnds_envmap *env = fixture_env(1.0f, 4);
+    static const char *const MODELS[] = {"transport", "pbnds+"};
+    for (int m = 0; m < 2; ++m) {
+        struct pbnds_image image[2];
+        for (int k = 0; k < 2; ++k) {
+            pbnds_set_threads(1 + k);
+            const struct pbnds_shader *s = make_shader(MODELS[m], PBNDS_F32);
+            image[k] = shade(s, &g, env, 12, 0);
+            pbnds_shader_neural_free(s);
+        }
+        assert_true(difference(&image[0], &image[1], 1.0) == 0.0);
+        pbnds_image_free(&image[0]);
+        pbnds_image_free(&image[1]);
+    }
+    pbnds_set_threads(0);
+    pbnds_envmap_free(env);
+    pbnds_gbuffer_free(&g);
+}
+
+static void damaged_weights_are_refused(void **state)
+{
+    (void)state;
+    const char *path = write_random_weights("transport");
+    struct pbnds_error error = {{0}};
+    const struct pbnds_shader *s;
+    assert_int_equal(truncate(path, 5000), 0);
+    assert_int_equal(pbnds_shader_neural_create(path, PBNDS_F32, &s, &error),
+                     PBNDS_ERROR_FORMAT);
+    assert_non_null(strstr(error.message, path));
+    assert_null(s);
+    (void)unlink(path);
+    assert_int_equal(pbnds_shader_neural_create(path, PBNDS_F32, &s, &error),
+                     PBNDS_ERROR_IO);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(transport_of_no_light_is_exactly_zero),
+        cmocka_unit_test(transport_scales_with_the_light),
+        cmocka_unit_test(chunks_of_lights_do_not_matter),
+        cmocka_unit_test(uncovered_pixels_stay_black_and_emission_is_exact),
+        cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(damaged_weights_are_refused),
+    };
+    return cmocka_run_group_tests_name("neural/shader_neural", tests, NULL, NULL);
+}
