@@ -7,10 +7,11 @@
  *     F = f0 + (1 - f0)(1 - wo.h)^5,  D: GGX with alpha = roughness^2,
  *     V: height-correlated Smith G2 / (4 cos_o cos_i)  (brdf_ggx.h)
  *
- * Limits: glTF's coupling by F(wo.h) is reciprocal but not passive: seen at a grazing angle,
- * a white smooth dielectric (base_color 1, roughness 0) returns up to 1.86 of the light of
- * a white furnace, 1.04 averaged over the hemisphere; 1.01 at most where roughness is 1 or
- * wo.n > 0.7. The specular lobe is single scattering and loses up to 0.69 (brdf_ggx.h).
+ * Limits: glTF's coupling by F(wo.h) is reciprocal but not passive. Of a white furnace's
+ * light a white smooth dielectric (base_color 1, roughness 0) returns 1.37 at wo.n = 0.18,
+ * 2 in the limit of grazing view, 1.04 averaged over the hemisphere; at most 1.01 where
+ * roughness is 1 or wo.n > 0.7. The specular lobe is single scattering and loses up to
+ * 0.69 (brdf_ggx.h).
  *
  * Sampling mixes the cosine hemisphere and visible GGX normals; pdf is the mixture's.
  * Frame: world space about the surface's n. Units: f and pdf in 1/sr, f without cosine.
