@@ -801,6 +801,10 @@ static void faults_are_told(void **state)
         {"\"byteOffset\":128", "\"byteOffset\":133", PBNDS_ERROR_FORMAT},
         {"\"byteOffset\":128", "\"byteOffset\":2147483647", PBNDS_ERROR_FORMAT},
         {"\"byteOffset\":48", "\"byteOffset\":81", PBNDS_ERROR_FORMAT},
+        {"\"byteOffset\":48", "\"byteOffset\":120", PBNDS_ERROR_FORMAT},
+        {"{\"nodes\":[0]}],\"nodes\":[{",
+         "{\"nodes\":[1]}],\"nodes\":[{\"children\":[1]},{",
+         PBNDS_ERROR_FORMAT}, /* a scene of a node that is no root */
         {"\"bufferView\":1", "\"bufferView\":2", PBNDS_ERROR_FORMAT},
         {"\"buffer\":0", "\"buffer\":1", PBNDS_ERROR_FORMAT},
         {"\"count\":4", "\"count\":5", PBNDS_ERROR_FORMAT},
@@ -858,6 +862,21 @@ static void faults_are_told(void **state)
             fail_msg("%s -> %s gives %d, not %d: %s", cases[i].from, cases[i].to,
                      status, cases[i].status, fault.message);
         }
+        free(json);
+    }
+}
+
+static void ranges_end_with_their_view(void **state)
+{
+    (void)state;
+    /* Views end at 128: an offset so near to it that not one element fits. */
+    for (int offset = 81; offset < 140; ++offset) {
+        char text[40];
+        (void)snprintf(text, sizeof text, "\"byteOffset\":%d", offset);
+        char *json = edit(square_json, "\"byteOffset\":48", text);
+        struct pbnds_scene s;
+        assert_int_equal(load(json, &square, sizeof square, &s), PBNDS_ERROR_FORMAT);
+        assert_non_null(strstr(fault.message, "beyond the end of bufferView 0"));
         free(json);
     }
 }
@@ -1160,6 +1179,12 @@ static void other_chunks_are_passed_over(void **state)
         PBNDS_OK);
     assert_int_equal(s.triangle_count, 2);
     pbnds_scene_free(&s);
+    /* A BIN chunk that claims more than there is, in a header that claims no more. */
+    put_u32(glb + size - sizeof square - 8, sizeof square + 4);
+    assert_int_equal(
+        pbnds_gltf_load_memory(glb, size, "chunk.glb", NULL, NULL, &s, &fault),
+        PBNDS_ERROR_FORMAT);
+    assert_non_null(strstr(fault.message, "chunk 1"));
     free(glb);
     free(more);
 }
@@ -1295,6 +1320,7 @@ int main(void)
         cmocka_unit_test(cameras_are_rigid),
         cmocka_unit_test(long_names_are_cut_at_a_character),
         cmocka_unit_test(faults_are_told),
+        cmocka_unit_test(ranges_end_with_their_view),
         cmocka_unit_test(numbers_in_extras_are_free),
         cmocka_unit_test(vertices_must_be_finite),
         cmocka_unit_test(indices_must_be_in_range),
