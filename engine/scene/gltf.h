@@ -16,18 +16,18 @@
 extern "C" {
 #endif
 
-/** Loads the default scene. What is skipped (points, lines, unknown extensions that are not
- *  required, ...) is told through report->warn. `scene` is empty on failure.
- *  Errors: IO (missing, unreadable), FORMAT (not glTF, truncated, index out of range, NaN
+/** Loads the default scene. What is skipped (points, lines, unknown extensions that are
+ * not required, ...) is told through report->warn. `scene` is empty on failure. Errors:
+ * IO (missing, unreadable), FORMAT (not glTF, truncated, index out of range, NaN
  *  vertex, damaged image), UNSUPPORTED (required extension), MEMORY. */
 enum pbnds_status pbnds_gltf_load(const char *path, const struct pbnds_report *report,
                                   struct pbnds_scene *scene,
                                   struct pbnds_error *error) PBNDS_NODISCARD;
 
-/** The same from a file that is already in memory; `name` is for messages. URIs are looked
- *  for below `folder`; NULL: none may be opened. */
-enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size, const char *name,
-                                         const char *folder,
+/** The same from a file that is already in memory; `name` is for messages. URIs are
+ * looked for below `folder`; NULL: none may be opened. */
+enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
+                                         const char *name, const char *folder,
                                          const struct pbnds_report *report,
                                          struct pbnds_scene *scene,
                                          struct pbnds_error *error) PBNDS_NODISCARD;

@@ -67,6 +67,13 @@ struct taps {
     float weight;
 };
 
+/** floor() of |x| < 2^31 without the library call that SSE2 needs for floorf(). */
+static int floor_int(float x)
+{
+    const int i = (int)x;
+    return i - (x < (float)i);
+}
+
 static int wrap_index(enum pbnds_wrap wrap, int i, int size)
 {
     /* i comes from a coordinate already folded into one period: at most one step out.
@@ -84,18 +91,17 @@ static float fold(enum pbnds_wrap wrap, float u)
     /* Beyond this a float holds no fraction worth filtering; NaN lands here too. */
     if (!(fabsf(u) < 1e6f)) return 0.0f;
     if (wrap == PBNDS_WRAP_CLAMP) return pbnds_clamp(u, 0.0f, 1.0f);
-    if (wrap == PBNDS_WRAP_REPEAT) return u - floorf(u);
-    return u - 2.0f * floorf(0.5f * u);
+    if (wrap == PBNDS_WRAP_REPEAT) return u - (float)floor_int(u);
+    return u - 2.0f * (float)floor_int(0.5f * u);
 }
 
 static struct taps taps_linear(enum pbnds_wrap wrap, float u, int size)
 {
     /* Texel centres are at +0.5. */
     const float x = fold(wrap, u) * (float)size - 0.5f;
-    const float base = floorf(x);
-    const int i = (int)base;
+    const int i = floor_int(x);
     struct taps t = {wrap_index(wrap, i, size), wrap_index(wrap, i + 1, size),
-                     x - base};
+                     x - (float)i};
     return t;
 }
 
@@ -109,59 +115,79 @@ static size_t texel(const struct pbnds_pixels *pixels, int x, int y)
     return ((size_t)y * (size_t)pixels->width + (size_t)x) * 4;
 }
 
-/** One texel. 8-bit linear channels stay in [0, 255]: they are scaled after filtering.
+/** One texel; 8-bit channels that are linear stay in [0, 255]: scaled after filtering.
  */
-static struct pbnds_vec4 fetch(const struct pbnds_pixels *pixels, size_t at, bool srgb)
+static inline struct pbnds_vec4 fetch_u8(const uint8_t *p, bool srgb)
 {
-    struct pbnds_vec4 c;
-    if (pixels->u8) {
-        const uint8_t *p = pixels->u8 + at;
-        c = srgb ? (struct pbnds_vec4){srgb_table[p[0]], srgb_table[p[1]],
-                                       srgb_table[p[2]], (float)p[3]}
-                 : (struct pbnds_vec4){(float)p[0], (float)p[1], (float)p[2],
-                                       (float)p[3]};
-    } else {
-        const float *p = pixels->f32 + at;
-        c = srgb ? (struct pbnds_vec4){pbnds_srgb_decode(p[0]), pbnds_srgb_decode(p[1]),
-                                       pbnds_srgb_decode(p[2]), p[3]}
-                 : (struct pbnds_vec4){p[0], p[1], p[2], p[3]};
+    if (srgb) {
+        return (struct pbnds_vec4){srgb_table[p[0]], srgb_table[p[1]], srgb_table[p[2]],
+                                   (float)p[3]};
     }
-    return c;
+    return (struct pbnds_vec4){(float)p[0], (float)p[1], (float)p[2], (float)p[3]};
 }
 
-static struct pbnds_vec4 weigh(struct pbnds_vec4 a, struct pbnds_vec4 b, float t)
+static inline struct pbnds_vec4 fetch_f32(const float *p, bool srgb)
+{
+    if (srgb) {
+        return (struct pbnds_vec4){pbnds_srgb_decode(p[0]), pbnds_srgb_decode(p[1]),
+                                   pbnds_srgb_decode(p[2]), p[3]};
+    }
+    return (struct pbnds_vec4){p[0], p[1], p[2], p[3]};
+}
+
+/** To [0, 1] what fetch_u8() left in [0, 255]. */
+static inline struct pbnds_vec4 scale_u8(struct pbnds_vec4 c, bool srgb)
+{
+    const float rgb = srgb ? 1.0f : 255.0f;
+    return (struct pbnds_vec4){c.x / rgb, c.y / rgb, c.z / rgb, c.w / 255.0f};
+}
+
+static inline struct pbnds_vec4 weigh(struct pbnds_vec4 a, struct pbnds_vec4 b, float t)
 {
     return (struct pbnds_vec4){a.x + t * (b.x - a.x), a.y + t * (b.y - a.y),
                                a.z + t * (b.z - a.z), a.w + t * (b.w - a.w)};
 }
 
+static inline struct pbnds_vec4 bilinear(struct pbnds_vec4 c00, struct pbnds_vec4 c10,
+                                         struct pbnds_vec4 c01, struct pbnds_vec4 c11,
+                                         float fx, float fy)
+{
+    return weigh(weigh(c00, c10, fx), weigh(c01, c11, fx), fy);
+}
+
+static struct pbnds_vec4 sample_nearest(const struct pbnds_texture *t,
+                                        struct pbnds_vec2 uv, bool srgb)
+{
+    const struct pbnds_pixels *p = t->pixels;
+    const size_t at = texel(p, tap_nearest(t->wrap_u, uv.x, p->width),
+                            tap_nearest(t->wrap_v, uv.y, p->height));
+    return p->u8 ? scale_u8(fetch_u8(p->u8 + at, srgb), srgb)
+                 : fetch_f32(p->f32 + at, srgb);
+}
+
 struct pbnds_vec4 pbnds_texture_sample(const struct pbnds_texture *texture,
                                        struct pbnds_vec2 uv, bool srgb)
 {
-    const struct pbnds_pixels *pixels = texture->pixels;
-    struct pbnds_vec4 c;
-    if (texture->nearest) {
-        const int x = tap_nearest(texture->wrap_u, uv.x, pixels->width);
-        const int y = tap_nearest(texture->wrap_v, uv.y, pixels->height);
-        c = fetch(pixels, texel(pixels, x, y), srgb);
-    } else {
-        const struct taps x = taps_linear(texture->wrap_u, uv.x, pixels->width);
-        const struct taps y = taps_linear(texture->wrap_v, uv.y, pixels->height);
-        const struct pbnds_vec4 top =
-            weigh(fetch(pixels, texel(pixels, x.i0, y.i0), srgb),
-                  fetch(pixels, texel(pixels, x.i1, y.i0), srgb), x.weight);
-        const struct pbnds_vec4 bottom =
-            weigh(fetch(pixels, texel(pixels, x.i0, y.i1), srgb),
-                  fetch(pixels, texel(pixels, x.i1, y.i1), srgb), x.weight);
-        c = weigh(top, bottom, y.weight);
+    if (texture->nearest) return sample_nearest(texture, uv, srgb);
+    const struct pbnds_pixels *p = texture->pixels;
+    const struct taps x = taps_linear(texture->wrap_u, uv.x, p->width);
+    const struct taps y = taps_linear(texture->wrap_v, uv.y, p->height);
+    const size_t a = texel(p, x.i0, y.i0), b = texel(p, x.i1, y.i0);
+    const size_t c = texel(p, x.i0, y.i1), d = texel(p, x.i1, y.i1);
+    if (!p->u8) {
+        return bilinear(fetch_f32(p->f32 + a, srgb), fetch_f32(p->f32 + b, srgb),
+                        fetch_f32(p->f32 + c, srgb), fetch_f32(p->f32 + d, srgb),
+                        x.weight, y.weight);
     }
-    if (pixels->u8) {
-        c.w /= 255.0f;
-        if (!srgb) {
-            c.x /= 255.0f;
-            c.y /= 255.0f;
-            c.z /= 255.0f;
-        }
+    /* Two copies, so that the compiler tests `srgb` once and not once a texel. */
+    if (srgb) {
+        return scale_u8(bilinear(fetch_u8(p->u8 + a, true), fetch_u8(p->u8 + b, true),
+                                 fetch_u8(p->u8 + c, true), fetch_u8(p->u8 + d, true),
+                                 x.weight, y.weight),
+                        true);
     }
-    return c;
+    return scale_u8(bilinear(fetch_u8(p->u8 + a, false), fetch_u8(p->u8 + b, false),
+                             fetch_u8(p->u8 + c, false), fetch_u8(p->u8 + d, false),
+                             x.weight, y.weight),
+                    false);
 }
