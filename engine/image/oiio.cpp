@@ -3,11 +3,11 @@
 // file.
 #include "engine/image/oiio.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
-#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -86,10 +86,14 @@ bool sniff(const unsigned char *bytes, size_t size, format *out)
     return true;
 }
 
-// The library's messages can be paragraphs: keep the first line, without a full stop.
+// The library's messages can be paragraphs, and quote what they found: keeps the first
+// line in printable ASCII, without a full stop.
 std::string first_line(const std::string &message)
 {
     std::string line = message.substr(0, message.find('\n'));
+    for (char &c : line) {
+        if (c < 0x20 || c > 0x7e) c = '?';
+    }
     while (!line.empty() && (line.back() == '.' || line.back() == ' '))
         line.pop_back();
     return line.empty() ? "no reason given" : line;
@@ -151,6 +155,13 @@ pbnds_status check_size(const OIIO::ImageSpec &spec, int sample_bytes, const cha
             "%s: %d x %d pixels are more than %d a side or 1 GiB in memory, "
             "scale the image down",
             name, spec.width, spec.height, side_max);
+    }
+    // The library makes room for whole tiles, even where the image is smaller than one.
+    if (spec.tile_width > std::max(spec.width, 4096) ||
+        spec.tile_height > std::max(spec.height, 4096)) {
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY,
+                          "%s: tiles of %d x %d pixels are too large, store scan lines",
+                          name, spec.tile_width, spec.tile_height);
     }
     return PBNDS_OK;
 }
