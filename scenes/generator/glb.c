@@ -11,6 +11,7 @@ enum { FLOAT = 5126, USHORT = 5123, UINT = 5125, VERTICES = 34962, INDICES = 349
 struct glb {
     struct gen_bytes bin, views, accessors;
     int view_count, accessor_count;
+    int of_part[GEN_MAX_PARTS][5]; /* accessors */
 };
 
 static int add_view(struct glb *g, const void *data, size_t size, int target)
@@ -74,26 +75,32 @@ static int add_indices(struct glb *g, const struct gen_mesh *m)
     return add_accessor(g, view, USHORT, m->index_count, "SCALAR", "");
 }
 
-static void print_primitive(struct glb *g, struct gen_bytes *json,
-                            const struct gen_world *w, const struct gen_part *part)
+/* Accessors of a part's mesh, in the order position, normal, uv, tangent, index. */
+static void add_mesh(struct glb *g, const struct gen_world *w, int part)
 {
-    const struct gen_mesh *m = &part->mesh;
-    const struct gen_material *material = &w->materials[part->material];
+    const struct gen_mesh *m = gen_part_mesh(w, part);
+    const struct gen_material *material = &w->materials[w->parts[part].material];
     const bool textured = material->color_image >= 0 || material->surface_image >= 0 ||
                           material->normal_image >= 0;
-    gen_bytes_print(json, "{\"attributes\":{\"POSITION\":%d", add_positions(g, m));
-    gen_bytes_print(json, ",\"NORMAL\":%d",
-                    add_floats(g, m->normal, m->vertex_count, 3));
-    if (textured) {
-        gen_bytes_print(json, ",\"TEXCOORD_0\":%d",
-                        add_floats(g, m->uv, m->vertex_count, 2));
-    }
-    if (m->tangent) {
-        gen_bytes_print(json, ",\"TANGENT\":%d",
-                        add_floats(g, m->tangent, m->vertex_count, 4));
-    }
-    gen_bytes_print(json, "},\"indices\":%d,\"material\":%d}", add_indices(g, m),
-                    part->material);
+    int *a = g->of_part[part];
+    a[0] = add_positions(g, m);
+    a[1] = add_floats(g, m->normal, m->vertex_count, 3);
+    a[2] = textured ? add_floats(g, m->uv, m->vertex_count, 2) : -1;
+    a[3] = m->tangent ? add_floats(g, m->tangent, m->vertex_count, 4) : -1;
+    a[4] = add_indices(g, m);
+}
+
+static void print_primitive(struct glb *g, struct gen_bytes *json,
+                            const struct gen_world *w, int part)
+{
+    const int twin = w->parts[part].twin;
+    if (twin < 0) add_mesh(g, w, part);
+    const int *a = g->of_part[twin >= 0 ? twin : part];
+    gen_bytes_print(json, "{\"attributes\":{\"POSITION\":%d,\"NORMAL\":%d", a[0], a[1]);
+    if (a[2] >= 0) gen_bytes_print(json, ",\"TEXCOORD_0\":%d", a[2]);
+    if (a[3] >= 0) gen_bytes_print(json, ",\"TANGENT\":%d", a[3]);
+    gen_bytes_print(json, "},\"indices\":%d,\"material\":%d}", a[4],
+                    w->parts[part].material);
 }
 
 static void print_meshes(struct glb *g, struct gen_bytes *json,
@@ -105,7 +112,7 @@ static void print_meshes(struct glb *g, struct gen_bytes *json,
         gen_bytes_print(json, "%s{\"primitives\":[", i ? "," : "");
         for (int k = 0; k < o->part_count; ++k) {
             if (k) gen_bytes_print(json, ",");
-            print_primitive(g, json, w, &w->parts[o->first_part + k]);
+            print_primitive(g, json, w, o->first_part + k);
         }
         gen_bytes_print(json, "]}");
     }

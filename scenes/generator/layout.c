@@ -35,10 +35,10 @@ static void slab(const struct gen_maker *k, struct pbnds_vec3 t,
     const int object = gen_object_begin(k->world);
     gen_plane(&m, half_x, half_z, 1);
     gen_mesh_shade(&m, 30.0f);
-    for (size_t i = 0; i < m.vertex_count;
-         ++i) { /* square texels, about 1 m a repeat */
-        m.uv[i].x *= 2.0f * half_x;
-        m.uv[i].y *= 2.0f * half_z;
+    const float longer = fmaxf(half_x, half_z);
+    for (size_t i = 0; i < m.vertex_count; ++i) { /* square texels */
+        m.uv[i].x *= half_x / longer;
+        m.uv[i].y *= half_z / longer;
     }
     gen_object_part(k->world, &m, material);
     gen_object_place(k->world, object, t, rotation, 1.0f);
@@ -67,6 +67,7 @@ static void surroundings(const struct gen_maker *k, enum walls walls, float half
     if (walls >= ROOM) {
         slab(k, pbnds_vec3_make(half, 0.5f * height, 0.0f), gen_turn(z, quarter),
              0.5f * height, half, side);
+        if (!gen_chance(k->rng, 0.4f)) return; /* open to the sky */
         slab(k, pbnds_vec3_make(0.0f, height, 0.0f), gen_turn(x, 2.0f * quarter), half,
              half, wall);
     }
@@ -91,7 +92,7 @@ static void scatter(const struct gen_maker *k, int count, float half)
     const int first = k->world->object_count;
     for (int i = 0; i < count; ++i) {
         const int object = gen_random_object(k);
-        const float size = half * gen_log_uniform(k->rng, 0.25f, 1.2f) /
+        const float size = half * gen_log_uniform(k->rng, 0.35f, 1.5f) /
                            sqrtf(1.0f + 0.2f * (float)count);
         const struct pbnds_vec4 pose = random_pose(k->rng, 0.25f);
         for (int attempt = 0; attempt < 12; ++attempt) {
@@ -151,9 +152,10 @@ static struct gen_maker maker(struct gen_world *w, struct pbnds_rng *r, int obje
 {
     const float detail = objects <= 1   ? 1.0f
                          : objects <= 3 ? 0.8f
-                         : objects <= 6 ? 0.6f
-                                        : 0.45f;
-    const struct gen_maker k = {w, r, detail, objects <= 1 ? 256 : 128};
+                         : objects <= 6 ? 0.55f
+                                        : 0.4f;
+    const int texture = objects <= 1 ? 256 : objects <= 5 ? 128 : 64;
+    const struct gen_maker k = {w, r, detail, texture};
     return k;
 }
 
@@ -165,8 +167,8 @@ static void hero(struct gen_world *w, struct pbnds_rng *r, bool grounded)
     stand(w, object, 0.0f, 0.0f, 0.0f, 1.0f, pose);
     if (!grounded) return;
     const struct gen_maker rest = maker(w, r, 4);
-    surroundings(&rest, gen_chance(r, 0.7f) ? GROUND : BACK_WALL,
-                 gen_uniform(r, 0.8f, 1.5f));
+    const enum walls walls = gen_chance(r, 0.7f) ? GROUND : BACK_WALL;
+    surroundings(&rest, walls, gen_uniform(r, 0.5f, 1.1f));
 }
 
 static void group(struct gen_world *w, struct pbnds_rng *r)
@@ -185,11 +187,37 @@ static void group(struct gen_world *w, struct pbnds_rng *r)
     scatter(&k, count - leaning - stacked > 0 ? count - leaning - stacked : 1, half);
 }
 
+/* Rows of one form in many materials, as samples are shown. */
+static void samples(struct gen_world *w, struct pbnds_rng *r)
+{
+    const int columns = gen_between(r, 2, 4), rows = gen_between(r, 2, 4);
+    const struct gen_maker k = maker(w, r, columns * rows);
+    const bool upright = gen_chance(r, 0.5f), balls = gen_chance(r, 0.6f);
+    if (!upright)
+        surroundings(&k, GROUND, 0.6f * (float)(columns > rows ? columns : rows));
+    for (int i = 0; i < columns * rows; ++i) {
+        struct gen_mesh m = {.vertex_count = 0};
+        const float x = (float)(i % columns) - 0.5f * (float)(columns - 1);
+        const float z = (float)(i / columns) - 0.5f * (float)(rows - 1);
+        const int object = gen_object_begin(w);
+        if (balls) {
+            gen_ellipsoid(&m, pbnds_splat(0.4f), 56);
+        } else {
+            gen_rounded_box(&m, pbnds_splat(0.35f), 0.1f, 4, 1);
+        }
+        gen_mesh_shade(&m, 60.0f);
+        gen_object_part(w, &m, gen_make_material(&k, GEN_ANY));
+        const float turn = balls ? 0.0f : gen_uniform(r, 0.0f, 2.0f * PBNDS_PI);
+        stand(w, object, x, upright ? 0.0f : z, upright ? z : 0.0f, 0.8f,
+              gen_turn(UP, turn));
+    }
+}
+
 void gen_random_world(struct gen_world *w, uint64_t seed, uint64_t index)
 {
-    static const float kinds[5] = {3.5f, 1.2f, 4.0f, 0.8f, 0.7f};
+    static const float kinds[6] = {3.8f, 1.2f, 4.0f, 0.8f, 0.7f, 0.3f};
     struct pbnds_rng r = pbnds_rng_make(seed, index, 0x776f726c64u);
-    const int kind = gen_pick(&r, kinds, 5);
+    const int kind = gen_pick(&r, kinds, 6);
     if (kind <= 1) hero(w, &r, kind == 1);
     if (kind == 2) group(w, &r);
     if (kind == 3) {
@@ -202,5 +230,6 @@ void gen_random_world(struct gen_world *w, uint64_t seed, uint64_t index)
         const struct gen_maker k = maker(w, &r, count);
         stack(&k, count, 0.0f, 0.0f, 1.0f);
     }
+    if (kind == 5) samples(w, &r);
     gen_world_normalize(w, gen_uniform(&r, 0.5f, 2.0f));
 }

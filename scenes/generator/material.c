@@ -22,8 +22,8 @@ static const uint32_t NATURAL[] = {
     0xf4f2ee, 0x1f1f1e, 0x2e2c2a, 0x716154, 0xbfae98, 0x94887b, 0xcfc6b4, 0x5e5a4f,
 };
 static const uint32_t SKIN[] = {
-    0xf6ede4, 0xf3e7db, 0xf7d7c4, 0xeadaba, 0xd7bd96, 0xe0ac90, 0xc68863,
-    0xa07e56, 0x825c43, 0x8d5524, 0x604134, 0x4a3028, 0x3a312a, 0x292420,
+    0xf6ede4, 0xf3e7db, 0xf7d7c4, 0xeadaba, 0xd7bd96, 0xe0ac90,
+    0xc68863, 0xa07e56, 0x825c43, 0x8d5524, 0x604134, 0x523426,
 };
 static const uint32_t PAINT[] = {
     0xc0221f, 0xd9531e, 0xe8a317, 0xf2d21b, 0x7fb93b, 0x2e8b40, 0x157a6e,
@@ -136,7 +136,16 @@ static struct bake random_bake(struct pbnds_rng *r, enum gen_surface kind, int s
     k.a = random_layer(r, kind);
     k.b = k.a;
     /* worn, dirty, painted over: the second layer often keeps something of the first */
-    switch (gen_below(r, 4)) {
+    const int change = gen_below(r, 4);
+    switch (kind == GEN_SKIN ? -1 : change) {
+    case -1: { /* freckles, flush, veins */
+        const float tint = gen_uniform(r, 0.7f, 1.1f);
+        k.b.color = pbnds_mul(k.a.color, pbnds_vec3_make(1.0f, tint, tint));
+        k.b.color = pbnds_scale(k.b.color, gen_uniform(r, 0.7f, 1.0f));
+        k.b.roughness =
+            pbnds_clamp(k.a.roughness + gen_uniform(r, -0.15f, 0.15f), 0.2f, 0.9f);
+        break;
+    }
     case 0:
         k.b.color = pbnds_scale(k.a.color, gen_uniform(r, 0.3f, 0.8f));
         k.b.roughness = gen_uniform(r, 0.1f, 1.0f);
@@ -150,6 +159,7 @@ static struct bake random_bake(struct pbnds_rng *r, enum gen_surface kind, int s
         break;
     }
     k.pattern = gen_random_pattern(r);
+    if (kind == GEN_SKIN) k.pattern.kind = gen_chance(r, 0.7f) ? GEN_CLOUDS : GEN_SPOTS;
     k.grain = gen_chance(r, 0.5f) ? 0.0f : gen_uniform(r, 0.05f, 0.5f);
     k.depth = gen_chance(r, 0.4f) ? 0.0f : gen_uniform(r, -0.02f, 0.02f);
     k.bump = gen_chance(r, 0.4f) ? 0.0f : gen_log_uniform(r, 0.003f, 0.04f);

@@ -34,6 +34,8 @@ void gen_build_rock(const struct gen_maker *k);
 /** Meshes an implicit surface into the object opened last. */
 void gen_form_part(const struct gen_maker *k, const struct gen_sdf *s, int cells,
                    int material);
+/** The head of mean proportions, about 1.2 high, looking along +z. */
+void gen_mean_head(struct gen_sdf *s);
 void gen_build_blob(const struct gen_maker *k);
 void gen_build_symmetric(const struct gen_maker *k);
 void gen_build_carved(const struct gen_maker *k);

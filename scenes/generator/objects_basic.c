@@ -78,8 +78,9 @@ static float elementary(const struct gen_maker *k, struct gen_mesh *m)
     default: {
         const float tube = gen_uniform(k->rng, 0.03f, 0.06f);
         const float height = gen_uniform(k->rng, 0.5f, 0.9f);
-        gen_spring(m, gen_uniform(k->rng, 0.2f, 0.35f), tube, height,
-                   gen_uniform(k->rng, 2.0f, 5.0f), gen_segments(k, 36));
+        const float radius = gen_uniform(k->rng, 0.2f, 0.35f);
+        gen_spring(m, radius, tube, height, gen_uniform(k->rng, 2.0f, 5.0f),
+                   gen_segments(k, 36));
         return 80.0f;
     }
     }

@@ -170,8 +170,9 @@ static void hair(const struct gen_maker *k, const struct face *f)
     s.relief = gen_uniform(k->rng, 0.015f, 0.05f);
     s.relief_frequency = gen_uniform(k->rng, 6.0f, 18.0f);
     s.seed = (uint32_t)gen_below(k->rng, 1 << 20);
-    const struct gen_material m = gen_material_plain(
-        gen_srgb(colors[gen_below(k->rng, 8)]), 0.0f, gen_uniform(k->rng, 0.35f, 0.7f));
+    const struct pbnds_vec3 color = gen_srgb(colors[gen_below(k->rng, 8)]);
+    const struct gen_material m =
+        gen_material_plain(color, 0.0f, gen_uniform(k->rng, 0.35f, 0.7f));
     gen_form_part(k, &s, 56, gen_world_material(k->world, &m));
 }
 
@@ -191,15 +192,33 @@ static void bust(const struct gen_maker *k, const struct face *f)
     gen_form_part(k, &s, 44, gen_make_material(k, GEN_CLOTH));
 }
 
+static void head_form(struct gen_sdf *s, const struct face *f)
+{
+    skull(s, f);
+    eye_region(s, f);
+    nose_and_mouth(s, f);
+    ears(s, f);
+}
+
+void gen_mean_head(struct gen_sdf *s)
+{
+    const struct face f = {.width = 1.0f,
+                           .depth = 1.0f,
+                           .jaw = 1.0f,
+                           .nose = 1.0f,
+                           .brow = 1.0f,
+                           .lips = 1.0f,
+                           .eye = 1.0f,
+                           .eye_at = {0.122f, 0.03f, 0.262f}};
+    head_form(s, &f);
+}
+
 void gen_build_head(const struct gen_maker *k)
 {
     struct gen_sdf s = {.count = 0};
     const struct face f = random_face(k->rng);
     const bool statue = gen_chance(k->rng, 0.35f);
-    skull(&s, &f);
-    eye_region(&s, &f);
-    nose_and_mouth(&s, &f);
-    ears(&s, &f);
+    head_form(&s, &f);
     s.relief_frequency = 9.0f;
     s.seed = (uint32_t)gen_below(k->rng, 1 << 20);
     s.relief = 0.004f * f.age;
@@ -344,9 +363,8 @@ static void animal(const struct gen_maker *k, struct gen_sdf *s)
         pbnds_add(head, v3(0.9f * skull_size, 0.7f * skull_size + ear, -0.02f)),
         0.3f * skull_size, 0.1f * skull_size, 0.02f)
         ->mirror = true;
-    const struct pbnds_vec3 tail = {gen_uniform(k->rng, -0.1f, 0.1f),
-                                    gen_uniform(k->rng, -0.2f, 0.25f),
-                                    -long_ - gen_uniform(k->rng, 0.05f, 0.3f)};
+    struct pbnds_vec3 tail = gen_vec3(k->rng, -1.0f, 1.0f);
+    tail = v3(0.1f * tail.x, 0.22f * tail.y, -long_ - 0.18f - 0.13f * tail.z);
     (void)gen_sdf_cone(s, v3(0.0f, 0.2f * thick, -0.9f * long_), tail, 0.035f, 0.015f,
                        0.04f);
 }

@@ -439,8 +439,8 @@ void gen_build_machine(const struct gen_maker *k)
     for (int i = 0; i < pipes; ++i) {
         struct gen_mesh pipe = {.vertex_count = 0};
         const float a = gen_uniform(k->rng, 0.0f, 2.0f * PBNDS_PI);
-        gen_torus(&pipe, gen_uniform(k->rng, 0.1f, 0.25f),
-                  gen_uniform(k->rng, 0.015f, 0.04f), segments);
+        const float bow = gen_uniform(k->rng, 0.1f, 0.25f);
+        gen_torus(&pipe, bow, gen_uniform(k->rng, 0.015f, 0.04f), segments);
         put(&parts[2], &pipe,
             pbnds_vec3_make(0.25f * cosf(a), 0.4f * y - 0.1f, -0.25f * sinf(a)),
             gen_quat_mul(gen_turn(Y, a), gen_turn(X, 0.5f * PBNDS_PI)));

@@ -37,9 +37,22 @@ void gen_object_part(struct gen_world *w, struct gen_mesh *mesh, int material)
     if (m->normal_image >= 0) gen_mesh_tangents(mesh);
     if (mesh->failed) w->failed = true;
     struct gen_object *o = &w->objects[w->object_count - 1];
-    w->parts[w->part_count++] = (struct gen_part){*mesh, material};
+    w->parts[w->part_count++] = (struct gen_part){*mesh, material, -1};
     ++o->part_count;
     *mesh = (struct gen_mesh){.vertex_count = 0};
+}
+
+void gen_object_twin(struct gen_world *w, int part, int material)
+{
+    if (w->part_count == GEN_MAX_PARTS) return;
+    w->parts[w->part_count++] = (struct gen_part){.material = material, .twin = part};
+    ++w->objects[w->object_count - 1].part_count;
+}
+
+const struct gen_mesh *gen_part_mesh(const struct gen_world *w, int part)
+{
+    const int twin = w->parts[part].twin;
+    return &w->parts[twin >= 0 ? twin : part].mesh;
 }
 
 static struct pbnds_vec3 lower(struct pbnds_vec3 a, struct pbnds_vec3 b)
@@ -59,7 +72,7 @@ void gen_object_extent(const struct gen_world *w, int object, struct pbnds_vec3 
     struct pbnds_vec3 lo = pbnds_splat(INFINITY), hi = pbnds_splat(-INFINITY);
     for (int i = 0; i < o->part_count; ++i) {
         struct pbnds_vec3 a, b;
-        gen_mesh_bounds(&w->parts[o->first_part + i].mesh, &a, &b);
+        gen_mesh_bounds(gen_part_mesh(w, o->first_part + i), &a, &b);
         lo = lower(lo, a);
         hi = upper(hi, b);
     }
@@ -79,7 +92,7 @@ void gen_object_place(struct gen_world *w, int object, struct pbnds_vec3 transla
     o->lo = pbnds_splat(INFINITY);
     o->hi = pbnds_splat(-INFINITY);
     for (int i = 0; i < o->part_count; ++i) {
-        const struct gen_mesh *mesh = &w->parts[o->first_part + i].mesh;
+        const struct gen_mesh *mesh = gen_part_mesh(w, o->first_part + i);
         for (size_t k = 0; k < mesh->vertex_count; ++k) {
             const struct pbnds_vec3 p = pbnds_mat4_point(&m, mesh->position[k]);
             o->lo = lower(o->lo, p);

@@ -23,6 +23,7 @@ struct gen_material {
 struct gen_part {
     struct gen_mesh mesh;
     int material;
+    int twin; /**< part whose mesh this one shows as well (its own is empty), or -1 */
 };
 
 struct gen_object {
@@ -65,6 +66,9 @@ void gen_world_free(struct gen_world *w);
 int gen_object_begin(struct gen_world *w);
 /** Moves the mesh (normals made) into the object opened last. */
 void gen_object_part(struct gen_world *w, struct gen_mesh *mesh, int material);
+/** Shows the mesh of an earlier part once more, in another material. */
+void gen_object_twin(struct gen_world *w, int part, int material);
+const struct gen_mesh *gen_part_mesh(const struct gen_world *w, int part);
 /** Centre and greatest extent of the parts before placement. */
 void gen_object_extent(const struct gen_world *w, int object, struct pbnds_vec3 *centre,
                        float *extent);
