@@ -30,7 +30,9 @@ enum tool_precision { TOOL_PRECISION_AUTO, TOOL_PRECISION_FP32, TOOL_PRECISION_B
 
 enum { TOOL_MAX_ENVS = 64 };
 
-/** What was typed; numbers are in range, strings point into argv. */
+/** What was typed; numbers are in range, strings point into argv. Grouped as --help is.
+ */
+// NOLINTNEXTLINE(clang-analyzer-optin.performance.Padding)
 struct tool_options {
     const char *const *inputs;
     int input_count;

@@ -90,6 +90,12 @@ run 0 "$PBNDS" info box.gltf
 check grep -q "triangles: 26" stdout
 check grep -q '"name":"main"' stdout
 
+# Without --env, the sky that ships: here with a folder of our own.
+mkdir -p share/scenes && cp light.hdr share/scenes/sky.hdr
+run 0 env PBNDS_DATA=share "$PBNDS" render box.gltf -o o.png --size 64x64 --spp 4 --shader ggx \
+    --env-yaw 30 --shadows off
+check cmp o.png ggx.png
+
 # Only errors are told with --quiet; standard output that cannot be written is one.
 run 0 "$PBNDS" render box.gltf -o q.png --size 16x16 $light --shader ggx --quiet
 check [ ! -s stderr ]

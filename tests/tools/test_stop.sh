@@ -2,22 +2,33 @@
 # Ctrl-C and a full disk: status 1, one sentence, no partial file, nothing lost of earlier work.
 . "$(dirname "$0")/lib.sh"
 
-# stop SIGNAL COMMAND...: sends the signal half a second in and wants status 1 within ten seconds.
+# Waits until the program answers to signals: before, it is still loading its libraries.
+ready() {
+    local caught
+    for _ in $(seq 300); do
+        caught=$(awk '/^SigCgt/ { print $2 }' "/proc/$1/status" 2>/dev/null)
+        [ $((0x${caught:-0} & 2)) -ne 0 ] && return
+        sleep 0.1
+    done
+}
+
+# stop SIGNAL COMMAND...: sends the signal when the work has begun and wants status 1 soon.
 stop() {
     local signal=$1 got
     shift
     checks=$((checks + 1))
     "$@" >stdout 2>stderr &
     local pid=$!
-    sleep 0.7
+    ready $pid
+    sleep 0.5
     kill -s "$signal" $pid 2>/dev/null || fail "ended before it was stopped: $*"
-    for _ in $(seq 100); do
+    for _ in $(seq 300); do
         kill -0 $pid 2>/dev/null || break
         sleep 0.1
     done
     if kill -0 $pid 2>/dev/null; then
         kill -KILL $pid
-        fail "not stopped within ten seconds: $*"
+        fail "not stopped within thirty seconds: $*"
     fi
     wait $pid
     got=$?
@@ -29,34 +40,38 @@ stop() {
 echo earlier >kept.exr
 for signal in INT TERM; do
     stop $signal "$PBNDS" render box.gltf -o kept.exr --env light.hdr --shader reference \
-        --spp 2000 --size 512x512 --quiet
+        --spp 400 --size 1024x1024 --quiet
     check [ "$(cat kept.exr)" = earlier ]
     stop $signal "$PBNDS" compare box.gltf -o out --env light.hdr --shaders ggx \
-        --reference-spp 2000 --size 512x512 --quiet
+        --reference-spp 400 --size 1024x1024 --quiet
     check [ ! -e out/compare.png ]
 done
 clean_folder .
 
 # A data set that was stopped goes on: what was made stays, and the end is the same.
 make="$PBNDS dataset scenes --envs envs --count 6 --size 64x64 --seed 1 --quiet"
-stop INT $make -o stopped --spp 2000
+stop INT $make -o stopped --spp 1000
 clean_folder stopped
 
 # Training leaves a checkpoint and goes on from it.
 run 0 $make -o data --spp 4
-train="$PBNDS train data --model transport --crop 32 --batch 1 --precision fp32 --quiet"
+train="$PBNDS train data -o w.safetensors --model transport --crop 32 --batch 1 --precision fp32"
+train="$train --steps 200"
 checks=$((checks + 1))
-$train -o w.safetensors --steps 1000000 >stdout 2>stderr &
+$train --quiet >stdout 2>stderr &
 pid=$!
-for _ in $(seq 100); do
-    [ -s w.safetensors.csv ] && break
-    sleep 0.1
+for _ in $(seq 600); do
+    [ -s w.safetensors.checkpoint ] && break
+    sleep 0.2
 done
-sleep 0.5
 kill -INT $pid
 wait $pid
 [ $? -eq 1 ] && grep -q interrupted stderr || fail "training is not interrupted"
 check [ -s w.safetensors.checkpoint ]
+rows=$(wc -l <w.safetensors.csv)
+run 0 $train --resume --minutes 0.01
+check grep -q "resume goes on" stderr
+check [ "$(wc -l <w.safetensors.csv)" -eq $((rows + 1)) ]
 clean_folder .
 
 # Full disk: a small one where we may mount, and a limit on the size of files everywhere.
