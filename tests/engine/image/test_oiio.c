@@ -206,8 +206,9 @@ static void test_sizes(void **state)
         put_end(&in);
         assert_int_equal(decode(&in, &p), sizes[i].expected);
     }
+    static const char wide[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 9\n";
     in.size = 0;
-    put(&in, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 20000 +X 9\n", 51);
+    put(&in, wide, sizeof wide - 1);
     assert_int_equal(decode(&in, &p), PBNDS_ERROR_MEMORY);
 }
 
@@ -446,12 +447,14 @@ static void check_light_map(const char *path)
     assert_int_equal(image.width, 1024);
     assert_int_equal(image.height, 512);
     float most = 0.0f;
+    int sane = 1;
     for (int i = 0; i < 1024 * 512; ++i) {
         const float *p = image.data + 3 * i;
-        for (int c = 0; c < 3; ++c)
-            assert_true(p[c] >= 0.0f && p[c] < 1e6f);
+        sane = sane && p[0] >= 0.0f && p[1] >= 0.0f && p[2] >= 0.0f && p[0] < 1e6f &&
+               p[1] < 1e6f && p[2] < 1e6f;
         most = fmaxf(most, pbnds_luminance(pbnds_vec3_make(p[0], p[1], p[2])));
     }
+    if (!sane) fail_msg("%s holds NaN, infinity or less than 0", path);
     if (most < 6.5f) fail_msg("%s: nothing brighter than %g", path, (double)most);
     brightest = fmaxf(brightest, most);
     pbnds_image_free(&image);
