@@ -38,9 +38,11 @@ static void each_pixel_is_visited_once(void **state)
     }
 }
 
+static _Thread_local bool on_calling_thread;
+
 struct heard {
     double last;
-    bool falling, over;
+    bool falling, over, from_elsewhere;
     double total;
 };
 
@@ -50,6 +52,7 @@ static void hear(void *user, const char *stage, double done, double total)
     (void)stage;
     heard->falling = heard->falling || done < heard->last;
     heard->over = heard->over || done > total;
+    heard->from_elsewhere = heard->from_elsewhere || !on_calling_thread;
     heard->last = done;
     heard->total = total;
 }
@@ -63,13 +66,15 @@ static void progress_rises_to_the_total(void **state)
     const struct pbnds_report report = {.progress = hear, .user = &heard};
     memset(&visits, 0, sizeof visits);
     pbnds_set_threads(3);
+    on_calling_thread = true;
     assert_int_equal(
-        pbnds_for_tiles(WIDTH, HEIGHT, 8, &report, "t", visit, &visits, &error),
+        pbnds_for_tiles(WIDTH, HEIGHT, 1, &report, "t", visit, &visits, &error),
         PBNDS_OK);
     assert_false(heard.falling);
     assert_false(heard.over);
-    assert_near(heard.total, 15.0, 0.0);
-    assert_near(heard.last, 15.0, 0.0);
+    assert_false(heard.from_elsewhere);
+    assert_near(heard.total, WIDTH * HEIGHT, 0.0);
+    assert_near(heard.last, WIDTH * HEIGHT, 0.0);
 }
 
 static void stop_at_first_tile(void *context, const struct pbnds_tile *tile)
