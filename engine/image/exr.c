@@ -671,28 +671,15 @@ static enum pbnds_status write_attributes(exr_context_t context, const struct st
     return PBNDS_OK;
 }
 
-static int by_name(const void *a, const void *b)
-{
-    const struct pbnds_exr_channel *const *x = a, *const *y = b;
-    return strcmp((*x)->name, (*y)->name);
-}
-
-/* The format wants channels in the order of their names. */
+/* The library puts channels in the order of their names, as the format wants it. */
 static exr_result_t add_channels(exr_context_t context, const struct pbnds_exr *exr)
 {
-    const struct pbnds_exr_channel **sorted =
-        malloc((size_t)exr->channel_count * sizeof *sorted);
-    if (!sorted) return EXR_ERR_OUT_OF_MEMORY;
-    for (int i = 0; i < exr->channel_count; ++i)
-        sorted[i] = &exr->channels[i];
-    qsort(sorted, (size_t)exr->channel_count, sizeof *sorted, by_name);
     exr_result_t rv = EXR_ERR_SUCCESS;
     for (int i = 0; i < exr->channel_count && rv == EXR_ERR_SUCCESS; ++i) {
-        rv = exr_add_channel(context, 0, sorted[i]->name,
-                             (exr_pixel_type_t)sorted[i]->type,
+        rv = exr_add_channel(context, 0, exr->channels[i].name,
+                             (exr_pixel_type_t)exr->channels[i].type,
                              EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
     }
-    free(sorted);
     return rv;
 }
 
