@@ -13,9 +13,9 @@
  * and 1 in the limit. The exponent is the one whose lobe (n.h)^m has the width of GGX's
  * for narrow lobes (Walter et al. 2007, sec. 5.2: m = 2 / alpha^2 - 2).
  *
- * No Fresnel term and no 1 / (cos_o cos_i): highlights fade as cos_o^2 toward grazing view,
- * where GGX's grow.
- * Frame: world space about the surface's n. Units: f and pdf in 1/sr, f without cosine.
+ * No Fresnel term and no 1 / (cos_o cos_i): highlights fade as cos_o^2 toward grazing
+ * view, where GGX's grow. Frame: world space about the surface's n. Units: f and pdf in
+ * 1/sr, f without cosine.
  */
 #ifndef PBNDS_ENGINE_SHADE_BRDF_BLINN_PHONG_H
 #define PBNDS_ENGINE_SHADE_BRDF_BLINN_PHONG_H

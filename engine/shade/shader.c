@@ -5,10 +5,10 @@
 
 #include "engine/shade/shader_table.h"
 
-static const struct pbnds_shader *const TABLE[] = {
+enum { TABLE_COUNT = 5 };
+static const struct pbnds_shader *const TABLE[TABLE_COUNT] = {
     &pbnds_shader_blinn_phong, &pbnds_shader_ggx, &pbnds_shader_paper_blinn_phong,
     &pbnds_shader_paper_ggx, &pbnds_shader_reference};
-enum { TABLE_COUNT = sizeof TABLE / sizeof *TABLE };
 
 const struct pbnds_shader *pbnds_shader_at(int i)
 {

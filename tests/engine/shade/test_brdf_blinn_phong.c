@@ -69,7 +69,7 @@ static void specular_furnace_has_its_closed_form(void **state)
     for (float roughness = 0.05f; roughness <= 1.0f; roughness += 0.05f) {
         const struct pbnds_blinn_phong b = make(1.0f, roughness, 0.0f);
         const struct lobe lobe = lobe_of(&b);
-        const double m = b.exponent;
+        const double m = (double)b.exponent;
         const double expected =
             (m + 8.0) * (m + pow(2.0, -m / 2.0)) / ((m + 2.0) * (m + 4.0));
         const double albedo =
@@ -138,9 +138,10 @@ static void narrow_lobes_keep_their_shape(void **state)
     /* h tilted by 1e-3: (1 - 1e-6)^(m/2) = e^-1 of the peak */
     const struct pbnds_vec3 wi = {sinf(2e-3f), 0.0f, cosf(2e-3f)};
     const struct pbnds_frame *f = &b.frame;
-    const double peak =
-        eval(&b, pbnds_to_world(f, wo), pbnds_to_world(f, direction(1.0f, 0.0f))).x;
-    const double off = eval(&b, pbnds_to_world(f, wo), pbnds_to_world(f, wi)).x;
+    const double peak = (double)eval(&b, pbnds_to_world(f, wo),
+                                     pbnds_to_world(f, direction(1.0f, 0.0f)))
+                            .x;
+    const double off = (double)eval(&b, pbnds_to_world(f, wo), pbnds_to_world(f, wi)).x;
     assert_near(off / peak, exp(-1.0), 2e-3);
 }
 
@@ -150,7 +151,7 @@ static void eval_is_reciprocal(void **state)
     const struct pbnds_blinn_phong b = make(0.3f, 0.5f, 0.04f);
     const struct pbnds_vec3 p = pbnds_to_world(&b.frame, direction(0.3f, 0.1f)),
                             q = pbnds_to_world(&b.frame, direction(0.8f, 2.0f));
-    const double f = eval(&b, p, q).x;
+    const double f = (double)eval(&b, p, q).x;
     assert_near(eval(&b, q, p).x, f, 1e-5 * f);
 }
 

@@ -92,11 +92,14 @@ static void energy_stays_within_the_stated_bounds(void **state)
                     const double albedo = sampled_albedo(&lobe, wo, 2048, &kept);
                     lobe.eval = diffuse;
                     const double matte = quadrature_albedo(&lobe, wo, 32);
-                    const bool bright = cos_o > 0.7f || roughness > 0.9f || metallic > 0.9f;
-                    if (!(albedo > 0.0 && albedo < (bright ? 1.015 : 1.9)) || matte > 1.001)
-                        fail_msg("metallic %g roughness %g f0 %g cos %g reflects %g, %g",
-                                 (double)metallic, (double)roughness, (double)f0,
-                                 (double)cos_o, albedo, matte);
+                    const bool bright =
+                        cos_o > 0.7f || roughness > 0.9f || metallic > 0.9f;
+                    if (!(albedo > 0.0 && albedo < (bright ? 1.015 : 1.9)) ||
+                        matte > 1.001)
+                        fail_msg(
+                            "metallic %g roughness %g f0 %g cos %g reflects %g, %g",
+                            (double)metallic, (double)roughness, (double)f0,
+                            (double)cos_o, albedo, matte);
                     mean += 2.0 * (double)cos_o * albedo / 10.0;
                 }
                 assert_true(mean < 1.05);
@@ -151,7 +154,7 @@ static void a_sample_carries_its_own_value(void **state)
         assert_near(pbnds_length(s.wi), 1.0, 1e-5);
         const struct pbnds_vec3 f = pbnds_bsdf_eval(&bsdf, wo, s.wi);
         assert_near(s.f.x, f.x, 1e-3 * (double)f.x + 1e-6);
-        const double p = pbnds_bsdf_pdf(&bsdf, wo, s.wi);
+        const double p = (double)pbnds_bsdf_pdf(&bsdf, wo, s.wi);
         assert_near(s.pdf, p, 1e-3 * p + 1e-6);
     }
     assert_true(kept > 900);
@@ -167,8 +170,8 @@ static void both_parts_are_reciprocal(void **state)
             pbnds_to_world(&bsdf.frame, direction(0.05f + 0.9f * t, t));
         const struct pbnds_vec3 q =
             pbnds_to_world(&bsdf.frame, direction(0.9f - 0.8f * t, 5.0f * t));
-        const double f = pbnds_bsdf_eval(&bsdf, p, q).x,
-                     d = pbnds_bsdf_diffuse(&bsdf, p, q).x;
+        const double f = (double)pbnds_bsdf_eval(&bsdf, p, q).x,
+                     d = (double)pbnds_bsdf_diffuse(&bsdf, p, q).x;
         assert_near(pbnds_bsdf_eval(&bsdf, q, p).x, f, 1e-4 * f);
         assert_near(pbnds_bsdf_diffuse(&bsdf, q, p).x, d, 1e-5 * d);
     }

@@ -82,9 +82,12 @@ static void assert_matches(const struct fixture *f, const char *name, int count,
             for (int j = 0; j < count && g->coverage[i] > 0.0f; ++j) {
                 const struct pbnds_vec3 l = pbnds_paper_direction(f->job.seed, j);
                 const struct pbnds_vec3 light = pbnds_envmap_eval(f->envmap, l);
-                const double radiance = c == 0 ? light.x : c == 1 ? light.y : light.z;
+                const double radiance = (double)(c == 0   ? light.x
+                                                 : c == 1 ? light.y
+                                                          : light.z);
                 const struct angles a = angles_of(n, v, l);
-                sum += naive(&a, g->albedo[c][i], g->specular[i], g->roughness[i]) *
+                sum += naive(&a, (double)g->albedo[c][i], (double)g->specular[i],
+                             (double)g->roughness[i]) *
                        radiance * 2.0 * acos(-1.0) * a.n_l;
             }
             const double expected =

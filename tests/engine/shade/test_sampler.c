@@ -77,8 +77,9 @@ static double correlation(float (*p)[3], float (*q)[3])
     return 12.0 * sum / COUNT;
 }
 
-/* Independent permutations would have a mean square correlation of 1/256; nested shuffles
- * tie neighbours together, which makes it 1.6/256. Dependent sets would come near 1. */
+/* Independent permutations would have a mean square correlation of 1/256; nested
+ * shuffles tie neighbours together, which makes it 1.6/256. Dependent sets would come
+ * near 1. */
 static void sets_and_pixels_are_independent(void **state)
 {
     (void)state;
