@@ -12,29 +12,31 @@ ready() {
     done
 }
 
-# stop SIGNAL COMMAND...: sends the signal when the work has begun and wants status 1 soon.
+# halt SIGNAL PID: sends it and wants status 1 and one sentence soon.
+halt() {
+    kill -s "$1" "$2" 2>/dev/null || fail "ended before it was stopped"
+    for _ in $(seq 300); do
+        kill -0 "$2" 2>/dev/null || break
+        sleep 0.1
+    done
+    kill -KILL "$2" 2>/dev/null && fail "not stopped within thirty seconds"
+    wait "$2"
+    local got=$?
+    [ $got -eq 1 ] || fail "status $got, not 1, after $1"
+    [ "$(wc -l <stderr)" -eq 1 ] && grep -q "^pbnds: .*interrupted" stderr ||
+        fail "not one sentence about it"
+}
+
+# stop SIGNAL COMMAND...: sends the signal when the work has begun.
 stop() {
-    local signal=$1 got
+    local signal=$1 pid
     shift
     checks=$((checks + 1))
     "$@" >stdout 2>stderr &
-    local pid=$!
+    pid=$!
     ready $pid
     sleep 0.5
-    kill -s "$signal" $pid 2>/dev/null || fail "ended before it was stopped: $*"
-    for _ in $(seq 300); do
-        kill -0 $pid 2>/dev/null || break
-        sleep 0.1
-    done
-    if kill -0 $pid 2>/dev/null; then
-        kill -KILL $pid
-        fail "not stopped within thirty seconds: $*"
-    fi
-    wait $pid
-    got=$?
-    [ $got -eq 1 ] || fail "status $got, not 1, after $signal: $*"
-    [ "$(wc -l <stderr)" -eq 1 ] && grep -q "^pbnds: .*interrupted" stderr ||
-        fail "not one sentence about it: $*"
+    halt "$signal" $pid
 }
 
 echo earlier >kept.exr
@@ -49,12 +51,15 @@ done
 clean_folder .
 
 # A data set that was stopped goes on: what was made stays, and the end is the same.
-make="$PBNDS dataset scenes --envs envs --count 6 --size 64x64 --seed 1 --quiet"
-stop INT $make -o stopped --spp 1000
+make="$PBNDS dataset scenes --envs envs --count 16 --size 64x64 --spp 64 --seed 1 --quiet"
+stop INT $make -o stopped
 clean_folder stopped
+check [ "$(find stopped -name sample.exr | wc -l)" -lt 16 ]
+run 0 $make -o stopped
+run 0 $make -o data
+check diff -r data stopped
 
 # Training leaves a checkpoint and goes on from it.
-run 0 $make -o data --spp 4
 train="$PBNDS train data -o w.safetensors --model transport --crop 32 --batch 1 --precision fp32"
 train="$train --steps 200"
 checks=$((checks + 1))
@@ -64,9 +69,7 @@ for _ in $(seq 600); do
     [ -s w.safetensors.checkpoint ] && break
     sleep 0.2
 done
-kill -INT $pid
-wait $pid
-[ $? -eq 1 ] && grep -q interrupted stderr || fail "training is not interrupted"
+halt INT $pid
 check [ -s w.safetensors.checkpoint ]
 rows=$(wc -l <w.safetensors.csv)
 run 0 $train --resume --minutes 0.01
