@@ -80,8 +80,7 @@ static void add_mesh(struct glb *g, const struct gen_world *w, int part)
 {
     const struct gen_mesh *m = gen_part_mesh(w, part);
     const struct gen_material *material = &w->materials[w->parts[part].material];
-    const bool textured = material->color_image >= 0 || material->surface_image >= 0 ||
-                          material->normal_image >= 0;
+    const bool textured = gen_material_textured(material);
     int *a = g->of_part[part];
     a[0] = add_positions(g, m);
     a[1] = add_floats(g, m->normal, m->vertex_count, 3);

@@ -42,6 +42,8 @@ void gen_mesh_transform(struct gen_mesh *m, const struct pbnds_mat4 *transform);
  * Points are the same when their coordinates are, whatever their texture coordinates.
  */
 void gen_mesh_shade(struct gen_mesh *m, float crease_deg);
+/** Merges vertices that differ in nothing but texture coordinates. */
+void gen_mesh_weld(struct gen_mesh *m);
 /** Projects each triangle along its dominant axis; splits vertices at the seams. */
 void gen_mesh_box_uv(struct gen_mesh *m, float repeats_per_metre);
 /** Tangents as glTF wants them: xyz along +u, w such that cross(n, t) w points along

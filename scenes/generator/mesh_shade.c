@@ -25,9 +25,15 @@ static uint64_t place_hash(struct pbnds_vec3 p)
     return h ^ (h >> 29);
 }
 
-static bool weld(struct shade *s)
+static bool same(struct pbnds_vec3 a, struct pbnds_vec3 b)
 {
-    const struct gen_mesh *m = s->mesh;
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+/* point[i]: the first vertex at the same place as i, and with the same normal if asked.
+ */
+static bool find_points(const struct gen_mesh *m, bool normals, uint32_t *point)
+{
     size_t room = 16;
     while (room < m->vertex_count * 2)
         room *= 2;
@@ -35,17 +41,44 @@ static bool weld(struct shade *s)
     if (!table) return false;
     memset(table, 0xff, room * sizeof *table);
     for (size_t i = 0; i < m->vertex_count; ++i) {
-        const struct pbnds_vec3 p = m->position[i];
-        size_t k = (size_t)place_hash(p) & (room - 1);
+        size_t k = (size_t)place_hash(m->position[i]) & (room - 1);
         for (; table[k] != NONE; k = (k + 1) & (room - 1)) {
-            const struct pbnds_vec3 q = m->position[table[k]];
-            if (p.x == q.x && p.y == q.y && p.z == q.z) break;
+            const uint32_t j = table[k];
+            if (same(m->position[i], m->position[j]) &&
+                (!normals || same(m->normal[i], m->normal[j]))) {
+                break;
+            }
         }
         if (table[k] == NONE) table[k] = (uint32_t)i;
-        s->point[i] = table[k];
+        point[i] = table[k];
     }
     free(table);
     return true;
+}
+
+void gen_mesh_weld(struct gen_mesh *m)
+{
+    uint32_t *point = malloc((m->vertex_count + 1) * sizeof *point);
+    if (m->failed || !point || !find_points(m, true, point)) {
+        m->failed = true;
+        free(point);
+        return;
+    }
+    size_t kept = 0;
+    for (size_t i = 0; i < m->vertex_count; ++i) {
+        if (point[i] == i) {
+            m->position[kept] = m->position[i];
+            m->normal[kept] = m->normal[i];
+            m->uv[kept] = m->uv[i];
+            point[i] = (uint32_t)kept++;
+        } else {
+            point[i] = point[point[i]]; /* an earlier vertex: already renumbered */
+        }
+    }
+    for (size_t i = 0; i < m->index_count; ++i)
+        m->index[i] = point[m->index[i]];
+    m->vertex_count = kept;
+    free(point);
 }
 
 static void gather(struct shade *s)
@@ -130,7 +163,7 @@ void gen_mesh_shade(struct gen_mesh *m, float crease_deg)
     size_t room = 0;
     struct gen_mesh out = {.vertex_count = 0};
     if (m->failed || !s.point || !s.first || !s.next || !s.face || !s.weight || !head ||
-        !weld(&s)) {
+        !find_points(m, false, s.point)) {
         m->failed = true;
         goto done;
     }

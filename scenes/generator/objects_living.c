@@ -6,6 +6,7 @@
 /* Proportions of one head; 1 is the mean. */
 struct face {
     float width, depth, jaw, nose, brow, lips, eye, age;
+    bool plain; /* no nostrils nor hollow ears: what few cells cannot carry */
     struct pbnds_vec3 eye_at;
 };
 
@@ -77,13 +78,15 @@ static void nose_and_mouth(struct gen_sdf *s, const struct face *f)
                        v3(0.0f, -0.1f, 0.36f * d + 0.055f * n), 0.028f, 0.042f * n,
                        0.05f);
     gen_sdf_add(s, GEN_SDF_ELLIPSOID, v3(0.042f * n, -0.118f, 0.365f * d),
-                v3(0.03f, 0.026f, 0.035f), 0.03f)
+                v3(0.03f, 0.026f, 0.035f), f->plain ? 0.07f : 0.03f)
         ->mirror = true;
-    struct gen_sdf_op *op =
-        gen_sdf_add(s, GEN_SDF_ELLIPSOID, v3(0.022f * n, -0.148f, 0.385f * d),
-                    v3(0.012f, 0.014f, 0.018f), 0.015f);
-    op->combine = GEN_CUT;
-    op->mirror = true;
+    struct gen_sdf_op *op;
+    if (!f->plain) {
+        op = gen_sdf_add(s, GEN_SDF_ELLIPSOID, v3(0.022f * n, -0.148f, 0.385f * d),
+                         v3(0.012f, 0.014f, 0.018f), 0.015f);
+        op->combine = GEN_CUT;
+        op->mirror = true;
+    }
     gen_sdf_cone(s, v3(0.0f, -0.228f, 0.335f * d), v3(0.085f, -0.244f, 0.29f * d),
                  0.024f * l, 0.01f * l, 0.025f)
         ->mirror = true;
@@ -91,18 +94,19 @@ static void nose_and_mouth(struct gen_sdf *s, const struct face *f)
                  0.028f * l, 0.012f * l, 0.03f)
         ->mirror = true;
     op = gen_sdf_add(s, GEN_SDF_ELLIPSOID, v3(0.0f, -0.246f, 0.36f * d),
-                     v3(0.09f, 0.005f, 0.05f), 0.014f);
+                     v3(0.09f, f->plain ? 0.009f : 0.005f, 0.05f), 0.014f);
     op->combine = GEN_CUT;
 }
 
 static void ears(struct gen_sdf *s, const struct face *f)
 {
     const struct pbnds_vec3 up = {0.0f, 1.0f, 0.0f};
-    struct gen_sdf_op *ear =
-        gen_sdf_add(s, GEN_SDF_ELLIPSOID, v3(0.335f * f->width, -0.01f, -0.03f),
-                    v3(0.028f, 0.105f, 0.065f), 0.03f);
+    struct gen_sdf_op *ear = gen_sdf_add(
+        s, GEN_SDF_ELLIPSOID, v3(0.335f * f->width, -0.01f, -0.03f),
+        v3(f->plain ? 0.038f : 0.028f, 0.105f, 0.065f), f->plain ? 0.07f : 0.03f);
     ear->turn = gen_turn(up, -0.4f);
     ear->mirror = true;
+    if (f->plain) return;
     struct gen_sdf_op *hollow =
         gen_sdf_add(s, GEN_SDF_ELLIPSOID, v3(0.365f * f->width, 0.0f, -0.02f),
                     v3(0.018f, 0.065f, 0.035f), 0.02f);
@@ -192,12 +196,17 @@ static void bust(const struct gen_maker *k, const struct face *f)
     gen_form_part(k, &s, 44, gen_make_material(k, GEN_CLOTH));
 }
 
-static void head_form(struct gen_sdf *s, const struct face *f)
+/* A statue's eyes are of one piece with it. */
+static void head_form(struct gen_sdf *s, const struct face *f, bool statue)
 {
     skull(s, f);
     eye_region(s, f);
     nose_and_mouth(s, f);
     ears(s, f);
+    if (statue) {
+        gen_sdf_add(s, GEN_SDF_ELLIPSOID, f->eye_at, pbnds_splat(0.066f * f->eye), 0.0f)
+            ->mirror = true;
+    }
 }
 
 void gen_mean_head(struct gen_sdf *s)
@@ -209,21 +218,24 @@ void gen_mean_head(struct gen_sdf *s)
                            .brow = 1.0f,
                            .lips = 1.0f,
                            .eye = 1.0f,
+                           .plain = true,
                            .eye_at = {0.122f, 0.03f, 0.262f}};
-    head_form(s, &f);
+    head_form(s, &f, true);
 }
 
 void gen_build_head(const struct gen_maker *k)
 {
     struct gen_sdf s = {.count = 0};
-    const struct face f = random_face(k->rng);
+    struct face f = random_face(k->rng);
+    f.plain = k->detail < 0.7f;
     const bool statue = gen_chance(k->rng, 0.35f);
-    head_form(&s, &f);
+    const bool blind = statue && !gen_chance(k->rng, 0.3f);
+    head_form(&s, &f, blind);
     s.relief_frequency = 9.0f;
     s.seed = (uint32_t)gen_below(k->rng, 1 << 20);
     s.relief = 0.004f * f.age;
     gen_form_part(k, &s, 96, gen_make_material(k, statue ? GEN_ANY : GEN_SKIN));
-    if (!statue || gen_chance(k->rng, 0.3f)) eyeballs(k, &f);
+    if (!blind) eyeballs(k, &f);
     if (gen_chance(k->rng, statue ? 0.2f : 0.75f)) hair(k, &f);
     if (gen_chance(k->rng, 0.5f)) bust(k, &f);
 }

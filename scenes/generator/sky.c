@@ -84,10 +84,20 @@ static struct pbnds_vec3 room_wall(const struct gen_sky *s, struct pbnds_vec3 w)
     return pbnds_mul(s->wall[2 * axis + (d[axis] < 0.0f)], light);
 }
 
+/* The plain below the eye, fading to its mean before it aliases at the horizon. */
+static struct pbnds_vec3 ground_below(const struct gen_sky *s, struct pbnds_vec3 w)
+{
+    if (s->ground_relief <= 0.0f) return s->ground;
+    const float reach = 2.0f / (0.08f - w.y);
+    const struct pbnds_vec3 p = {w.x * reach, w.z * reach, 0.5f};
+    const float n = gen_fbm(p, 4, 0, s->seed + 77) * smooth(0.0f, 0.15f, -w.y);
+    return pbnds_scale(s->ground, fmaxf(0.1f, 1.0f + s->ground_relief * n));
+}
+
 static struct pbnds_vec3 radiance(const struct gen_sky *s, struct pbnds_vec3 w)
 {
     struct pbnds_vec3 c = s->room      ? room_wall(s, w)
-                          : w.y < 0.0f ? s->ground
+                          : w.y < 0.0f ? ground_below(s, w)
                                        : sky_above(s, w);
     for (int i = 0; i < s->lamp_count; ++i) {
         const float cover = lamp_cover(&s->lamps[i], w);

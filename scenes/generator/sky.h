@@ -7,17 +7,19 @@
  * gives a horizontal white surface the radiance 1.
  *
  * Formula, for a direction w of height y = w.y:
- *   sky     S(w) = H + (Z - H) y^p + G exp(-k angle(w, sun))           y >= 0
- *   clouds  S is mixed with white C by a smooth step of fractal noise on the cloud
- * plane ground  A E / pi, E the irradiance of everything above on a horizontal surface
- * y < 0 lamps   discs and rectangles with smooth edges, in front of all this; a sun is
- * a disc whose radiance is its irradiance over its solid angle 2 pi (1 - cos radius)
- *   room    instead of sky and ground: the walls of a box, lit by a lamp as a point
+ * - sky: S(w) = H + (Z - H) y^p + G exp(-k angle(w, sun)), for y >= 0
+ * - clouds: S is mixed with white C by a smooth step of fractal noise on a plane above
+ * - ground: A E / pi for y < 0, E the irradiance of all above on a horizontal surface,
+ *   times 1 + noise where a relief is given
+ * - lamps: discs and rectangles with smooth edges, in front of all this; a sun is a
+ * disc whose radiance is its irradiance over its solid angle 2 pi (1 - cos radius)
+ * - room: instead of sky and ground the walls of a box, lit by a lamp as a point
+ *
  * The sky that ships (gen_default_sky): Z = (0.16, 0.34, 0.80), H = (0.80, 0.90, 1.00),
- * p = 0.45, G = (1.0, 0.8, 0.5), k = 6, A = (0.22, 0.19, 0.16), no clouds, sun of
- * radius 2 degrees at (-0.50, 0.62, 0.60) normalised with colour (1, 0.90, 0.72) and an
- * irradiance (facing it) of 4.5 times that of the sky on the ground; then scaled as
- * said above.
+ * p = 0.45, G = (1.0, 0.8, 0.5), k = 6, A = (0.22, 0.19, 0.16), neither clouds nor
+ * noise, sun of radius 2 degrees at (-0.50, 0.62, 0.60) normalised with colour (1,
+ * 0.90, 0.72) and an irradiance (facing it) of 4.5 times that of the sky on the ground;
+ * then scaled as said above.
  */
 #ifndef PBNDS_SCENES_SKY_H
 #define PBNDS_SCENES_SKY_H
@@ -41,6 +43,7 @@ struct gen_sky {
     float power, glow_falloff;
     float cloud_cover, cloud_frequency; /**< cover 0: none */
     struct pbnds_vec3 cloud;
+    float ground_relief; /**< amplitude of noise on the ground's albedo */
     uint32_t seed;
     bool room;
     struct pbnds_vec3 half, eye, lamp_at; /**< of the room, metres */

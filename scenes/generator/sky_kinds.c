@@ -61,6 +61,13 @@ static struct pbnds_vec3 any_direction(struct pbnds_rng *r, float lowest)
     return from_angles(azimuth, asinf(y));
 }
 
+/* Grey to brown or green, never far from grey. */
+static struct pbnds_vec3 earth(struct pbnds_rng *r, float lo, float hi)
+{
+    const float grey = gen_log_uniform(r, lo, hi);
+    return pbnds_mul(gen_vec3(r, 0.75f, 1.2f), v3(grey * 1.1f, grey, grey * 0.8f));
+}
+
 static struct pbnds_vec3 mean_sky(const struct gen_sky *s)
 {
     return pbnds_lerp(s->horizon, s->zenith, 0.6f);
@@ -98,7 +105,7 @@ static void clear_sky(struct gen_sky *s, struct pbnds_rng *r)
     s->power = gen_uniform(r, 0.3f, 0.7f);
     s->glow = pbnds_scale(color, gen_uniform(r, 0.3f, 2.0f));
     s->glow_falloff = gen_uniform(r, 2.0f, 12.0f);
-    s->ground_albedo = gen_vec3(r, 0.05f, 0.4f);
+    s->ground_albedo = earth(r, 0.05f, 0.4f);
     const struct pbnds_vec3 e =
         pbnds_scale(color, strength * PBNDS_PI * pbnds_luminance(mean_sky(s)));
     s->lamps[0] = sun(from_angles(azimuth, elevation), radius, e);
@@ -118,7 +125,7 @@ static void overcast(struct gen_sky *s, struct pbnds_rng *r)
     s->zenith = tint;
     s->horizon = pbnds_scale(tint, gen_uniform(r, 0.2f, 0.7f));
     s->power = gen_uniform(r, 0.6f, 1.2f);
-    s->ground_albedo = gen_vec3(r, 0.05f, 0.7f);
+    s->ground_albedo = earth(r, 0.05f, 0.7f);
     if (gen_chance(r, 0.6f)) {
         s->cloud_cover = gen_uniform(r, 0.3f, 0.7f);
         s->cloud_frequency = gen_log_uniform(r, 0.3f, 1.5f);
@@ -134,7 +141,8 @@ static void studio(struct gen_sky *s, struct pbnds_rng *r)
         gen_chance(r, 0.5f) ? 0.0f : gen_log_uniform(r, 0.003f, 0.1f);
     s->zenith = s->horizon = pbnds_scale(lamp_color(r), surround);
     s->power = 1.0f;
-    s->ground_albedo = pbnds_splat(gen_uniform(r, 0.0f, 0.5f));
+    if (gen_chance(r, 0.4f))
+        s->ground_albedo = pbnds_splat(gen_uniform(r, 0.02f, 0.5f));
     for (int i = 0; i < count; ++i) {
         const struct pbnds_vec3 d =
             any_direction(r, gen_chance(r, 0.8f) ? -0.1f : -0.9f);
@@ -237,5 +245,6 @@ void gen_random_sky(struct gen_sky *s, uint64_t seed, uint64_t index)
     struct pbnds_rng r = pbnds_rng_make(seed, index, 0x736b79u);
     *s = (struct gen_sky){.power = 1.0f};
     s->seed = (uint32_t)gen_below(&r, 1 << 20);
+    s->ground_relief = gen_uniform(&r, 0.0f, 0.8f);
     kinds[gen_pick(&r, weights, 6)](s, &r);
 }

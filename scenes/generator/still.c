@@ -63,9 +63,9 @@ static void bust(struct gen_world *w)
     /* the neck ends flat on the plinth */
     gen_sdf_add(&s, GEN_SDF_BOX, v3(0.0f, -1.2f, 0.0f), v3(1.0f, 0.48f, 1.0f), 0.02f)
         ->combine = GEN_CUT;
-    gen_sdf_mesh(&s, v3(-0.42f, -0.76f, -0.5f), v3(0.42f, 0.52f, 0.5f), 58, &head);
+    gen_sdf_mesh(&s, v3(-0.42f, -0.76f, -0.5f), v3(0.42f, 0.52f, 0.5f), 44, &head);
     const struct pbnds_vec4 turn = gen_turn(UP, 0.5f);
-    add(w, &head, 0.0f, &marble, v3(-0.3f, 0.435f, -0.25f), turn, 0.42f);
+    add(w, &head, 0.0f, &marble, v3(-0.3f, 0.42f, -0.25f), turn, 0.42f);
     gen_rounded_box(&plinth, v3(0.12f, 0.06f, 0.12f), 0.008f, 2, 1);
     add(w, &plinth, 35.0f, &stone, v3(-0.3f, 0.06f, -0.275f), turn, 1.0f);
 }
@@ -87,7 +87,7 @@ static void vase(struct gen_world *w)
         profile[n++] = (struct pbnds_vec2){outline[i].x - 0.008f, outline[i].y};
     }
     profile[n++] = (struct pbnds_vec2){0.0f, outline[1].y};
-    gen_lathe(&m, profile, n, 44, 0, 0.0f);
+    gen_lathe(&m, profile, n, 36, 0, 0.0f);
     const struct gen_material glaze =
         gen_material_plain(gen_srgb(0x1f5f8a), 0.0f, 0.12f);
     add(w, &m, 50.0f, &glaze, v3(0.3f, 0.0f, -0.3f), REST, 1.0f);
@@ -99,9 +99,9 @@ static void balls(struct gen_world *w)
     const struct gen_material gold =
         gen_material_plain(v3(1.0f, 0.766f, 0.336f), 1.0f, 0.12f);
     const struct gen_material clay = gen_material_plain(gen_srgb(0xa9563c), 0.0f, 0.9f);
-    gen_ellipsoid(&m, pbnds_splat(0.13f), 48);
+    gen_ellipsoid(&m, pbnds_splat(0.13f), 40);
     add(w, &m, 180.0f, &gold, v3(0.07f, 0.13f, 0.12f), REST, 1.0f);
-    gen_torus(&n, 0.085f, 0.032f, 40);
+    gen_torus(&n, 0.085f, 0.032f, 32);
     add(w, &n, 180.0f, &clay, v3(-0.22f, 0.032f, 0.25f), REST, 1.0f);
 }
 
@@ -161,7 +161,7 @@ static void cloth(struct gen_world *w)
 {
     struct gen_mesh m = {.vertex_count = 0};
     const struct wrap c = {0.1f};
-    const struct gen_grid grid = {46, 46, false, false, cloth_point, &c};
+    const struct gen_grid grid = {28, 28, false, false, cloth_point, &c};
     struct gen_material linen = gen_material_plain(gen_srgb(0x8c2f39), 0.0f, 0.8f);
     linen.double_sided = true;
     gen_mesh_grid(&m, &grid);
@@ -176,12 +176,13 @@ void gen_still_life(struct gen_world *w)
     balls(w);
     box(w);
     cloth(w);
-    w->camera = (struct gen_camera){{0.12f, 0.55f, 1.9f}, {0.02f, 0.26f, -0.15f}, 0.5f};
+    w->camera =
+        (struct gen_camera){{0.12f, 0.55f, 1.95f}, {0.04f, 0.27f, -0.15f}, 0.54f};
 }
 
 void gen_sphere_grid(struct gen_world *w)
 {
-    enum { COLUMNS = 7, ROWS = 5 };
+    enum { COLUMNS = 5, ROWS = 5 };
     static const uint32_t colors[ROWS] = {0x9c2f2f, 0xe8e4dc, 0x3f6f8f, 0xd8b26a,
                                           0xd9dbde};
     for (int k = 0; k < COLUMNS * ROWS; ++k) {
@@ -204,5 +205,5 @@ void gen_sphere_grid(struct gen_world *w)
         }
         gen_object_place(w, object, at, REST, 1.0f);
     }
-    w->camera = (struct gen_camera){{0.0f, 0.0f, 14.0f}, {0.0f, 0.0f, 0.0f}, 0.42f};
+    w->camera = (struct gen_camera){{0.0f, 0.0f, 14.0f}, {0.0f, 0.0f, 0.0f}, 0.39f};
 }

@@ -35,6 +35,7 @@ void gen_object_part(struct gen_world *w, struct gen_mesh *mesh, int material)
         mesh->uv[i].y *= m->repeat;
     }
     if (m->normal_image >= 0) gen_mesh_tangents(mesh);
+    if (!gen_material_textured(m)) gen_mesh_weld(mesh);
     if (mesh->failed) w->failed = true;
     struct gen_object *o = &w->objects[w->object_count - 1];
     w->parts[w->part_count++] = (struct gen_part){*mesh, material, -1};
@@ -136,6 +137,11 @@ struct gen_material gen_material_plain(struct pbnds_vec3 base_color, float metal
                                    .normal_image = -1,
                                    .repeat = 1.0f};
     return m;
+}
+
+bool gen_material_textured(const struct gen_material *m)
+{
+    return m->color_image >= 0 || m->surface_image >= 0 || m->normal_image >= 0;
 }
 
 int gen_world_material(struct gen_world *w, const struct gen_material *material)

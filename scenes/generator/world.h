@@ -81,6 +81,7 @@ void gen_world_normalize(struct gen_world *w, float radius);
 
 struct gen_material gen_material_plain(struct pbnds_vec3 base_color, float metallic,
                                        float roughness);
+bool gen_material_textured(const struct gen_material *m);
 int gen_world_material(struct gen_world *w, const struct gen_material *material);
 /** Encodes and keeps an image. @return its index, -1 when there is no room */
 int gen_world_image(struct gen_world *w, const uint8_t *rgb, int width, int height);
