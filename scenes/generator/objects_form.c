@@ -121,7 +121,10 @@ static void bite(const struct gen_maker *k, struct gen_sdf *s)
 
 static void lace(const struct gen_maker *k, struct gen_sdf *s)
 {
-    const struct pbnds_vec3 size = {gen_uniform(k->rng, 0.25f, 0.5f), 0.025f, 0.0f};
+    /* no thinner than the cells of the mesh can show */
+    const float thin = fmaxf(0.025f, 1.3f * 0.8f / (float)gen_segments(k, 72));
+    const struct pbnds_vec3 size = {
+        gen_uniform(k->rng, 0.3f, 0.55f) + 4.0f * (thin - 0.025f), thin, 0.0f};
     struct gen_sdf_op *op =
         gen_sdf_add(s, GEN_SDF_GYROID, gen_vec3(k->rng, -0.2f, 0.2f), size, 0.02f);
     op->combine = GEN_INTERSECT;

@@ -123,32 +123,33 @@ float gen_sdf_eval(const struct gen_sdf *s, struct pbnds_vec3 p)
     return d;
 }
 
-/* Radius of a ball about each end that holds the primitive. */
-static float reach(const struct gen_sdf_op *op)
+/* Half extents along the world's axes of a box that holds the primitive about each end.
+ */
+static struct pbnds_vec3 reach(const struct gen_sdf_op *op)
 {
-    switch (op->kind) {
-    case GEN_SDF_ELLIPSOID:
-        return pbnds_max3(op->size);
-    case GEN_SDF_BOX:
-        return pbnds_length(op->size);
-    case GEN_SDF_CONE:
-        return fmaxf(op->size.x, op->size.y);
-    case GEN_SDF_TORUS:
-        return op->size.x + op->size.y;
-    case GEN_SDF_CYLINDER:
-        return hypotf(op->size.x, op->size.y);
-    default:
-        return 0.0f; /* endless: only ever intersected */
-    }
+    const struct pbnds_vec3 s = op->size;
+    struct pbnds_vec3 half = s;
+    if (op->kind == GEN_SDF_CONE) return pbnds_splat(fmaxf(s.x, s.y));
+    if (op->kind == GEN_SDF_TORUS) half = pbnds_vec3_make(s.x + s.y, s.y, s.x + s.y);
+    if (op->kind == GEN_SDF_CYLINDER) half = pbnds_vec3_make(s.x, s.y, s.x);
+    const struct pbnds_vec3 x =
+        gen_rotate(op->turn, pbnds_vec3_make(half.x, 0.0f, 0.0f));
+    const struct pbnds_vec3 y =
+        gen_rotate(op->turn, pbnds_vec3_make(0.0f, half.y, 0.0f));
+    const struct pbnds_vec3 z =
+        gen_rotate(op->turn, pbnds_vec3_make(0.0f, 0.0f, half.z));
+    return pbnds_vec3_make(fabsf(x.x) + fabsf(y.x) + fabsf(z.x),
+                           fabsf(x.y) + fabsf(y.y) + fabsf(z.y),
+                           fabsf(x.z) + fabsf(y.z) + fabsf(z.z));
 }
 
-static void widen(struct pbnds_vec3 p, float r, struct pbnds_vec3 *lo,
+static void widen(struct pbnds_vec3 p, struct pbnds_vec3 r, struct pbnds_vec3 *lo,
                   struct pbnds_vec3 *hi)
 {
-    *lo = pbnds_vec3_make(fminf(lo->x, p.x - r), fminf(lo->y, p.y - r),
-                          fminf(lo->z, p.z - r));
-    *hi = pbnds_vec3_make(fmaxf(hi->x, p.x + r), fmaxf(hi->y, p.y + r),
-                          fmaxf(hi->z, p.z + r));
+    *lo = pbnds_vec3_make(fminf(lo->x, p.x - r.x), fminf(lo->y, p.y - r.y),
+                          fminf(lo->z, p.z - r.z));
+    *hi = pbnds_vec3_make(fmaxf(hi->x, p.x + r.x), fmaxf(hi->y, p.y + r.y),
+                          fmaxf(hi->z, p.z + r.z));
 }
 
 void gen_sdf_bounds(const struct gen_sdf *s, struct pbnds_vec3 *lo,
@@ -160,7 +161,8 @@ void gen_sdf_bounds(const struct gen_sdf *s, struct pbnds_vec3 *lo,
         const struct gen_sdf_op *op = &s->ops[i];
         if (op->combine != GEN_UNION) continue;
         /* A smooth union bulges by at most a sixth of its width. */
-        const float r = reach(op) + 0.17f * op->blend + fabsf(s->relief);
+        const float bulge = 0.17f * op->blend + fabsf(s->relief);
+        const struct pbnds_vec3 r = pbnds_add(reach(op), pbnds_splat(bulge));
         const struct pbnds_vec3 ends[2] = {op->a, op->b};
         for (int k = 0; k < 2; ++k) {
             widen(ends[k], r, lo, hi);
