@@ -52,14 +52,13 @@ static void surroundings(const struct gen_maker *k, enum walls walls, float half
     const struct pbnds_vec3 x = {1.0f, 0.0f, 0.0f}, z = {0.0f, 0.0f, 1.0f};
     const float height = half * gen_uniform(k->rng, 0.7f, 1.2f);
     const int floor = gen_make_material(k, GEN_GROUND);
-    const int wall = gen_make_material(k, GEN_GROUND);
     const bool other = gen_chance(k->rng, 0.5f);
-    const int side = other ? gen_make_material(k, GEN_GROUND) : wall;
     slab(k, pbnds_splat(0.0f), gen_turn(UP, 0.0f), half, half, floor);
-    if (walls >= BACK_WALL) {
-        slab(k, pbnds_vec3_make(0.0f, 0.5f * height, -half), gen_turn(x, quarter), half,
-             0.5f * height, wall);
-    }
+    if (walls == GROUND) return;
+    const int wall = gen_make_material(k, GEN_GROUND);
+    const int side = walls >= CORNER && other ? gen_make_material(k, GEN_GROUND) : wall;
+    slab(k, pbnds_vec3_make(0.0f, 0.5f * height, -half), gen_turn(x, quarter), half,
+         0.5f * height, wall);
     if (walls >= CORNER) {
         slab(k, pbnds_vec3_make(-half, 0.5f * height, 0.0f), gen_turn(z, -quarter),
              0.5f * height, half, side);
