@@ -80,7 +80,7 @@ static void progress(void *user, const char *stage, double done, double total)
     }
     double fraction = total > 0.0 ? done / total : 0.0;
     if (fraction > 1.0) fraction = 1.0;
-    if (console.terminal && fraction >= 1.0) {
+    if (fraction >= 1.0) { /* the next of the same name starts anew */
         tool_console_clear();
         console.stage[0] = 0;
         return;
@@ -90,13 +90,13 @@ static void progress(void *user, const char *stage, double done, double total)
         draw_bar(fraction, now - console.start);
     } else {
         const bool another = total > 0.0 ? fraction >= console.shown + 0.1 : true;
-        if (now - console.printed < 1.0 || !another || fraction >= 1.0) return;
+        if (now - console.printed < 1.0 || !another) return;
         char left[48] = "";
         if (fraction > 0.0)
             format_left(left, sizeof left, now - console.start, fraction);
         if (total > 0.0) {
-            (void)fprintf(stderr, "pbnds: %s %.0f %%, %s\n", stage, 100.0 * fraction,
-                          left);
+            (void)fprintf(stderr, "pbnds: %s %d %%, %s\n", stage,
+                          (int)(100.0 * fraction), left);
         } else {
             (void)fprintf(stderr, "pbnds: %s %.0f\n", stage, done);
         }

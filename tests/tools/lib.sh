@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Sourced by every test of the command line. Arguments: the program, the source tree.
 set -uo pipefail
 

@@ -97,7 +97,7 @@ check [ ! -e x.exr ]
 # A data set without samples, and one with a damaged sample.
 refuse 1 "empty" "$PBNDS" train empty -o w.safetensors --model transport --steps 1
 sample=$(find data/test -name sample.exr | sort | head -n 1)
-head -c 500 "$sample" >cut && cat cut >"$sample"
+head -c 500 "$sample" >cut.bytes && cat cut.bytes >"$sample"
 refuse 3 "sample.exr" "$PBNDS" check data
 refuse 3 "sample.exr" "$PBNDS" compare data --shaders ggx
 check [ ! -e w.safetensors ]

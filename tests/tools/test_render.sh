@@ -96,6 +96,11 @@ run 0 env PBNDS_DATA=share "$PBNDS" render box.gltf -o o.png --size 64x64 --spp 
     --env-yaw 30 --shadows off
 check cmp o.png ggx.png
 
+# One line a stage, key=value.
+run 0 "$PBNDS" bench gbuffer --size 64x64
+check grep -qE '^stage=gbuffer size=64x64 threads=[0-9]+ runs=5 .*pixels_per_s=[1-9]' stdout
+refuse 2 "'rays' is not a shader" "$PBNDS" bench rays
+
 # Only errors are told with --quiet; standard output that cannot be written is one.
 run 0 "$PBNDS" render box.gltf -o q.png --size 16x16 $light --shader ggx --quiet
 check [ ! -s stderr ]

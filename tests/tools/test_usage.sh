@@ -64,7 +64,7 @@ done
 for bad in nan inf 0x10 1e99999 x "" " 1"; do
     refuse 2 "--exposure: '$bad'" "$PBNDS" render box.gltf -o a.exr --exposure "$bad"
 done
-for bad in 30 30, ,20 30,91 400,0 a,b 30,20,1; do
+for bad in 30 "30," ",20" 30,91 400,0 a,b 30,20,1; do
     refuse 2 "--look: '$bad'" "$PBNDS" gbuffer box.gltf -o a.exr --look "$bad"
 done
 for bad in 1/1 -1/2 1 1/ a/b 0/0; do
