@@ -26,7 +26,7 @@ static const struct pbnds_shader_ops OPS[] = {
      .destroy = destroy},
     {.name = "pbnds+",
      .channels = PBNDS_CHANNEL_ALBEDO | PBNDS_CHANNEL_NORMAL | PBNDS_CHANNEL_SPECULAR |
-                 PBNDS_CHANNEL_ROUGHNESS | PBNDS_CHANNEL_DEPTH,
+                 PBNDS_CHANNEL_ROUGHNESS | PBNDS_CHANNEL_DEPTH | PBNDS_CHANNEL_EMISSION,
      .about = "the paper's convolutional deferred shader: a U-Net a light, averaged",
      .shade = pbnds_shade_pbnds_plus,
      .destroy = destroy},

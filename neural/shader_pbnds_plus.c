@@ -1,8 +1,7 @@
-/* The `pbnds+` shading pass: a U-Net a light, mean over the lights, back to radiance.
+/* The `pbnds+` shading pass: a U-Net a light, mean over the lights.
  */
 #include <stdlib.h>
 
-#include "engine/core/color.h"
 #include "neural/pbnds_plus.h"
 #include "neural/shader_neural_impl.h"
 
@@ -14,7 +13,7 @@ struct pass {
     struct pbnds_light_source *lights;
     int light_count, chunk;
     float *view_input, *light_input, *light_output;
-    float *sum; /* [window, 3] of display values */
+    float *sum; /* [window, 3] of radiance */
 };
 
 static void release(struct pass *p)
@@ -54,7 +53,7 @@ static enum pbnds_status prepare(struct pass *p, struct pbnds_error *error)
                           "pbnds+: no memory to shade a %d x %d image",
                           job->gbuffer->width, job->gbuffer->height);
     }
-    pbnds_plus_draw_lights(job->envmap, job->seed, 0, p->light_count, p->lights);
+    pbnds_plus_draw_lights(job->envmap, job->seed, p->light_count, p->lights);
     pbnds_features_view(&pbnds_features_pbnds_plus, &p->view, p->window, p->view_input);
     return PBNDS_OK;
 }
@@ -83,6 +82,7 @@ static enum pbnds_status run_chunk(struct pass *p, int first, int count,
 
 static void write_radiance(const struct pass *p, struct pbnds_image *radiance)
 {
+    float *const *emission = p->job->gbuffer->emission;
     const float scale = 1.0f / (float)p->light_count;
     for (int y = 0; y < p->view.height; ++y) {
         for (int x = 0; x < p->view.width; ++x) {
@@ -91,8 +91,7 @@ static void write_radiance(const struct pass *p, struct pbnds_image *radiance)
             const size_t w = (size_t)y * (size_t)p->window.width + (size_t)x;
             float *r = pbnds_image_at(radiance, x, y);
             for (size_t c = 0; c < 3; ++c) {
-                r[c] = pbnds_srgb_decode(
-                    pbnds_clamp(p->sum[3 * w + c] * scale, 0.0f, 1.0f));
+                r[c] = fmaxf(p->sum[3 * w + c] * scale, 0.0f) + emission[c][i];
             }
         }
     }

@@ -130,7 +130,7 @@ static const struct pbnds_layer LAYERS[] = {
 
 const struct pbnds_model pbnds_model_pbnds_plus = {
     .name = "pbnds+",
-    .version = 1,
+    .version = 2,
     .table = {LAYERS, sizeof LAYERS / sizeof LAYERS[0], HEAD, -1},
     .view_channels = PBNDS_PLUS_VIEW_CHANNELS,
     .light_channels = PBNDS_PLUS_LIGHT_CHANNELS,

@@ -26,18 +26,21 @@ enum pbnds_status pbnds_checkpoint_save(const char *path,
     struct pbnds_safetensor tensors[3] = {flat("params", pbnds_net_params(net), count),
                                           flat("adam.m", adam->m, count),
                                           flat("adam.v", adam->v, count)};
-    char step[32], best[64], seconds[64], recipe[sizeof checkpoint->recipe];
+    char step[32], stocked[32], best[64], seconds[64],
+        recipe[sizeof checkpoint->recipe];
     (void)snprintf(step, sizeof step, "%" PRIu64, checkpoint->step);
+    (void)snprintf(stocked, sizeof stocked, "%" PRIu64, checkpoint->stocked);
     (void)snprintf(best, sizeof best, "%.17g", checkpoint->best);
     (void)snprintf(seconds, sizeof seconds, "%.17g", checkpoint->seconds);
     (void)snprintf(recipe, sizeof recipe, "%s", checkpoint->recipe);
-    char k0[] = "step", k1[] = "best", k2[] = "seconds", k3[] = "recipe";
-    struct pbnds_metadata metadata[4] = {
-        {k0, step}, {k1, best}, {k2, seconds}, {k3, recipe}};
+    char k0[] = "step", k1[] = "best", k2[] = "seconds", k3[] = "recipe",
+         k4[] = "stocked";
+    struct pbnds_metadata metadata[5] = {
+        {k0, step}, {k1, best}, {k2, seconds}, {k3, recipe}, {k4, stocked}};
     const struct pbnds_safetensors file = {.tensors = tensors,
                                            .tensor_count = 3,
                                            .metadata = metadata,
-                                           .metadata_count = 4};
+                                           .metadata_count = 5};
     return pbnds_safetensors_write(path, &file, error);
 }
 
@@ -66,9 +69,10 @@ enum pbnds_status pbnds_checkpoint_load(const char *path,
     const char *best = pbnds_safetensors_metadata(&file, "best");
     const char *seconds = pbnds_safetensors_metadata(&file, "seconds");
     const char *recipe = pbnds_safetensors_metadata(&file, "recipe");
+    const char *stocked = pbnds_safetensors_metadata(&file, "stocked");
     const size_t count = pbnds_net_param_count(net);
     enum pbnds_status status = PBNDS_OK;
-    if (!step || !best || !seconds || !recipe) {
+    if (!step || !best || !seconds || !recipe || !stocked) {
         status = pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: is not a checkpoint", path);
     } else if (strcmp(recipe, checkpoint->recipe) != 0) {
         status =
@@ -86,6 +90,7 @@ enum pbnds_status pbnds_checkpoint_load(const char *path,
         status = restore(path, &file, "adam.v", count, adam->v, error);
     if (status == PBNDS_OK) {
         checkpoint->step = strtoull(step, NULL, 10);
+        checkpoint->stocked = strtoull(stocked, NULL, 10);
         checkpoint->best = strtod(best, NULL);
         checkpoint->seconds = strtod(seconds, NULL);
         adam->step = checkpoint->step;

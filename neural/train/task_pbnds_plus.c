@@ -1,4 +1,4 @@
-/* Training of `pbnds+` as the paper does: L1 on the display image, and the energy
+/* Training of `pbnds+`: L1 on the display image (pbnds_plus.h), and the energy
  * regularisation (eq. 4) with the reconstruction gated by (1 - z), since taken
  * literally the paper would pull dark samples to the bright target. */
 #include <math.h>
@@ -31,7 +31,7 @@ static void light_input(const struct pbnds_task *task,
 {
     struct pbnds_light_source lights[LIGHTS_MAX];
     const struct pbnds_envmap *envmap = is_dark(task, view) ? NULL : view->item->envmap;
-    pbnds_plus_draw_lights(envmap, view->key, 0, task->lights, lights);
+    pbnds_plus_draw_lights(envmap, view->key, task->lights, lights);
     const size_t stride = (size_t)view->window.width * (size_t)view->window.height *
                           (size_t)task->model->light_channels;
     for (int k = 0; k < count; ++k) {
@@ -41,16 +41,33 @@ static void light_input(const struct pbnds_task *task,
     }
 }
 
-/* Loss and slope of one pixel's channel in the mean over lights. */
+/* sRGB as the loss sees it: the exact curve in [0, 1], straight on with its slope below
+ * and above, so that a value out of range still knows the way back. */
+static float encode(float x, float *slope)
+{
+    *slope = 12.92f;
+    if (x <= 0.0031308f) return 12.92f * x;
+    const float at = fminf(x, 1.0f);
+    *slope = 1.055f / 2.4f * powf(at, 1.0f / 2.4f - 1.0f);
+    return pbnds_srgb_encode(at) + (x - at) * *slope;
+}
+
+/* Loss of one pixel's channel, and its slope in the (linear) mean over lights. */
 static double channel_loss(const struct pbnds_task *task, bool dark, float mean,
                            float target, float *slope)
 {
+    float encoding;
+    const float y = encode(mean, &encoding);
     if (dark) { /* lambda ||I||_2^2 */
-        *slope = (float)(2.0 * task->lambda_zero) * mean;
-        return task->lambda_zero * (double)mean * (double)mean;
+        *slope = (float)(2.0 * task->lambda_zero) * y * encoding;
+        return task->lambda_zero * (double)y * (double)y;
     }
-    const float d = mean - target;
-    *slope = d > 0.0f ? 1.0f : d < 0.0f ? -1.0f : 0.0f;
+    if (target >= 1.0f && y >= 1.0f) { /* both white on the display */
+        *slope = 0.0f;
+        return 0.0;
+    }
+    const float d = y - target;
+    *slope = (d > 0.0f ? encoding : d < 0.0f ? -encoding : 0.0f);
     return (double)fabsf(d);
 }
 
@@ -89,7 +106,7 @@ static struct pbnds_task_loss loss(const struct pbnds_task *task,
                     mean /= (float)task->lights;
                     const float t = pbnds_srgb_encode(item->radiance[3 * source + c]);
                     sum.total += scale * channel_loss(task, dark, mean, t, &slope);
-                    const float e = pbnds_clamp(mean, 0.0f, 1.0f) - t;
+                    const float e = pbnds_srgb_encode(mean) - t;
                     sum.mse += (double)(e * e);
                 }
                 const float d = slope * (float)scale / (float)task->lights;

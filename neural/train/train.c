@@ -6,7 +6,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
+#include <xxhash.h>
 
 #include "engine/core/file.h"
 #include "engine/core/rng.h"
@@ -159,16 +161,27 @@ static enum pbnds_status settle_crop(struct trainer *t, struct pbnds_error *erro
     return PBNDS_OK;
 }
 
-static void write_recipe(struct trainer *t)
+/* What must agree for a run to be the same: everything the numbers follow from. */
+static enum pbnds_status write_recipe(struct trainer *t, struct pbnds_error *error)
 {
     const struct pbnds_train_options *o = t->options;
+    char init[48] = "";
+    if (o->init) {
+        uint8_t *bytes;
+        size_t size;
+        PBNDS_TRY(pbnds_file_read(o->init, (size_t)1 << 32, &bytes, &size, error));
+        (void)snprintf(init, sizeof init, "init %016" PRIx64 ", ",
+                       (uint64_t)XXH64(bytes, size, 0));
+        free(bytes);
+    }
     (void)snprintf(
         t->state.recipe, sizeof t->state.recipe,
-        "model %s v%d, data %s, steps %d, batch %d, lights %d, crop %d, lr %g, "
+        "model %s v%d, data %s, %ssteps %d, batch %d, lights %d, crop %d, lr %g, "
         "p_dark %g, lambda_zero %g, seed %" PRIu64 ", %s",
-        t->ops->model->name, t->ops->model->version, t->data_hash, t->steps,
+        t->ops->model->name, t->ops->model->version, t->data_hash, init, t->steps,
         t->batch_size, t->task.lights, t->crop, t->lr, t->task.p_dark,
         t->task.lambda_zero, o->seed, o->dtype == PBNDS_BF16 ? "bf16" : "fp32");
+    return PBNDS_OK;
 }
 
 static enum pbnds_status start_from_weights(struct trainer *t,
@@ -189,21 +202,48 @@ static enum pbnds_status start_from_weights(struct trainer *t,
     return status;
 }
 
+static bool exists(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0;
+}
+
+/* Earlier work is never overwritten in silence: a checkpoint wants --resume, and finished
+ * weights want another name. */
+static enum pbnds_status guard_earlier_work(const struct trainer *t,
+                                            struct pbnds_error *error)
+{
+    const struct pbnds_train_options *o = t->options;
+    const bool checkpoint = exists(t->checkpoint_path);
+    if (checkpoint && !o->resume) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                          "%s: an unfinished run is there; give --resume to go on with "
+                          "it, or remove it",
+                          t->checkpoint_path);
+    }
+    if (!checkpoint && exists(o->weights)) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                          "%s: holds the weights of a finished run; give another name, "
+                          "or remove it",
+                          o->weights);
+    }
+    return PBNDS_OK;
+}
+
 static enum pbnds_status start_state(struct trainer *t, struct pbnds_error *error)
 {
     const struct pbnds_train_options *o = t->options;
     t->state.best = INFINITY;
-    write_recipe(t);
+    PBNDS_TRY(write_recipe(t, error));
     pbnds_net_init(t->net, o->seed);
     if (o->init) PBNDS_TRY(start_from_weights(t, error));
-    FILE *there = o->resume ? fopen(t->checkpoint_path, "rb") : NULL;
-    if (there) {
-        (void)fclose(there);
+    const bool resumed = exists(t->checkpoint_path);
+    if (resumed) {
         PBNDS_TRY(pbnds_checkpoint_load(t->checkpoint_path, &t->state, t->net, &t->adam,
                                         error));
     }
     t->started = now() - t->state.seconds;
-    return pbnds_curve_start(t->curve_path, t->state.step, there != NULL, error);
+    return pbnds_curve_start(t->curve_path, t->state.step, resumed, error);
 }
 
 static enum pbnds_status build(struct trainer *t, struct pbnds_error *error)
@@ -217,6 +257,7 @@ static enum pbnds_status build(struct trainer *t, struct pbnds_error *error)
                           o->weights);
     }
     PBNDS_TRY(choose_options(t, error));
+    PBNDS_TRY(guard_earlier_work(t, error));
     PBNDS_TRY(open_data(t, error));
     PBNDS_TRY(pbnds_backend_create_onednn(&t->backend, error));
     PBNDS_TRY(
@@ -339,17 +380,15 @@ static enum pbnds_status validate(struct trainer *t, double *loss, double *mse,
 static enum pbnds_status save_weights(struct trainer *t, double val_psnr,
                                       struct pbnds_error *error)
 {
-    char lights[16], step[32], val[32], seconds[32];
+    char lights[16], step[32], val[32];
     (void)snprintf(lights, sizeof lights, "%d", t->task.lights);
     (void)snprintf(step, sizeof step, "%" PRIu64, t->state.step);
     (void)snprintf(val, sizeof val, "%.3f", val_psnr);
-    (void)snprintf(seconds, sizeof seconds, "%.0f", t->state.seconds);
     char k0[] = "pbnds.lights", k1[] = "train.recipe", k2[] = "train.step",
-         k3[] = "train.validation_psnr_srgb", k4[] = "train.seconds",
-         k5[] = "pbnds.program", version[] = PBNDS_VERSION;
-    const struct pbnds_metadata extra[] = {{k0, lights},  {k1, t->state.recipe},
-                                           {k2, step},    {k3, val},
-                                           {k4, seconds}, {k5, version}};
+         k3[] = "train.validation_psnr_srgb", k4[] = "pbnds.program",
+         version[] = PBNDS_VERSION;
+    const struct pbnds_metadata extra[] = {
+        {k0, lights}, {k1, t->state.recipe}, {k2, step}, {k3, val}, {k4, version}};
     return pbnds_weights_save(t->options->weights, t->ops->model, t->net, extra,
                               (int)(sizeof extra / sizeof extra[0]), error);
 }
@@ -377,31 +416,37 @@ static enum pbnds_status take_stock(struct trainer *t, struct pbnds_error *error
         t->state.best = loss;
         PBNDS_TRY(save_weights(t, psnr(mse), error));
     }
+    t->state.stocked = t->state.step;
     return pbnds_checkpoint_save(t->checkpoint_path, &t->state, t->net, &t->adam,
                                  error);
+}
+
+/* A checkpoint between steps; the stock of a step that was due is taken on resume. */
+static enum pbnds_status stop_here(struct trainer *t, struct pbnds_error *error)
+{
+    if (t->state.step > 0) {
+        t->state.seconds = now() - t->started;
+        PBNDS_TRY(pbnds_checkpoint_save(t->checkpoint_path, &t->state, t->net, &t->adam,
+                                        error));
+    }
+    return pbnds_fail_interrupted(error);
 }
 
 static enum pbnds_status run(struct trainer *t, struct pbnds_error *error)
 {
     const uint64_t steps = (uint64_t)t->steps;
     const uint64_t interval = steps / 50 < 1 ? 1 : steps / 50 > 500 ? 500 : steps / 50;
-    while (t->state.step < steps) {
-        const enum pbnds_status stepped = train_step(t, error);
-        if (stepped == PBNDS_ERROR_INTERRUPTED && t->state.step > 0) {
-            /* The step at hand is dropped: what is saved is the state after the one
-             * before. */
-            t->state.seconds = now() - t->started;
-            PBNDS_TRY(pbnds_checkpoint_save(t->checkpoint_path, &t->state, t->net,
-                                            &t->adam, error));
-            return pbnds_fail_interrupted(error);
-        }
-        PBNDS_TRY(stepped);
+    while (t->state.stocked < steps) {
+        const bool due = t->state.step > t->state.stocked &&
+                         (t->state.step % interval == 0 || t->state.step == steps);
+        const enum pbnds_status status =
+            due ? take_stock(t, error) : train_step(t, error);
+        /* What was interrupted is dropped: the state is the one before it. */
+        if (status == PBNDS_ERROR_INTERRUPTED) return stop_here(t, error);
+        PBNDS_TRY(status);
         pbnds_progress(t->report, "train", (double)t->state.step, (double)steps);
-        const bool due = t->state.step % interval == 0 || t->state.step == steps;
-        if (due) PBNDS_TRY(take_stock(t, error));
-        const double spent = now() - t->started;
-        if (due && t->options->seconds > 0.0 && spent >= t->options->seconds &&
-            t->state.step < steps) {
+        if (due && t->options->seconds > 0.0 && t->state.step < steps &&
+            now() - t->started >= t->options->seconds) {
             pbnds_warn(t->report,
                        "time is up at step %" PRIu64 " of %" PRIu64
                        "; --resume goes on",

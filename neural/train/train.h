@@ -26,7 +26,7 @@ struct pbnds_train_options {
     double seconds;      /**< stop at a checkpoint after this long; 0: no limit    */
     double p_dark, lambda_zero; /**< pbnds+: energy regularisation; < 0: defaults  */
     uint64_t seed;
-    bool resume; /**< go on from the checkpoint; without one: start anew   */
+    bool resume; /**< go on from the checkpoint where there is one         */
     enum pbnds_dtype dtype;
 };
 

@@ -5,6 +5,13 @@
 
 static const char *const ROOT[] = {"test_dataset_assets"};
 
+/* What a run that was killed left behind. */
+static int clean(void **state)
+{
+    (void)state;
+    return system("rm -rf test_dataset_*") == 0 ? 0 : -1;
+}
+
 static int count_of(const char *dir, enum pbnds_split split)
 {
     struct pbnds_sample_list list;
@@ -175,5 +182,5 @@ int main(void)
         cmocka_unit_test(a_broken_asset_costs_its_samples_only),
         cmocka_unit_test(damaged_samples_are_refused),
     };
-    return cmocka_run_group_tests_name("neural/data/dataset", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("neural/data/dataset", tests, clean, clean);
 }
