@@ -30,19 +30,22 @@ static bool has_extension(const char *path, const char *const *extensions)
     return false;
 }
 
-/* A folder named train, val or test on the way decides; the hash of the stem otherwise.
- */
-static enum pbnds_split split_of(const char *path, const char *stem)
+/* The deepest folder named train, val or test below (or as) the path given decides, the
+ * hash of the stem otherwise. Folders above what was given say nothing. */
+static enum pbnds_split split_of(const char *below, const char *stem)
 {
-    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s) {
-        char component[16];
-        (void)snprintf(component, sizeof component, "/%s/",
-                       pbnds_split_name((enum pbnds_split)s));
-        if (strstr(path, component) ||
-            strncmp(path, component + 1, strlen(component + 1)) == 0) {
-            return (enum pbnds_split)s;
+    int found = -1;
+    for (const char *at = below; at;) {
+        const char *end = strchr(at, '/');
+        for (int s = 0; end && s < PBNDS_SPLIT_COUNT; ++s) {
+            const char *name = pbnds_split_name((enum pbnds_split)s);
+            const size_t length = strlen(name);
+            if ((size_t)(end - at) == length && strncmp(at, name, length) == 0)
+                found = s;
         }
+        at = end ? end + 1 : NULL;
     }
+    if (found >= 0) return (enum pbnds_split)found;
     const uint64_t percent = XXH64(stem, strlen(stem), 0) % 100u;
     return percent < 80u   ? PBNDS_SPLIT_TRAIN
            : percent < 90u ? PBNDS_SPLIT_VAL
@@ -50,7 +53,7 @@ static enum pbnds_split split_of(const char *path, const char *stem)
 }
 
 static enum pbnds_status add_file(struct pbnds_asset_list *list, const char *path,
-                                  struct pbnds_error *error)
+                                  const char *below, struct pbnds_error *error)
 {
     if (((unsigned)list->count & ((unsigned)list->count - 1u)) ==
         0) { /* power of two: grow */
@@ -69,23 +72,24 @@ static enum pbnds_status add_file(struct pbnds_asset_list *list, const char *pat
     (void)snprintf(a->stem, sizeof a->stem, "%s", slash ? slash + 1 : path);
     char *dot = strrchr(a->stem, '.');
     if (dot) *dot = 0;
-    a->split = split_of(path, a->stem);
+    a->split = split_of(below, a->stem);
     a->path = strdup(path);
     if (!a->path) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
     ++list->count;
     return PBNDS_OK;
 }
 
+/* `below` is the part of the path that may name its split. */
 static enum pbnds_status add_path(struct pbnds_asset_list *list, const char *path,
-                                  const char *const *extensions, int depth,
-                                  struct pbnds_error *error)
+                                  size_t below, const char *const *extensions,
+                                  int depth, struct pbnds_error *error)
 {
     struct stat info;
     if (stat(path, &info) != 0) {
         return pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be opened: %s", path,
                           strerror(errno));
     }
-    if (!S_ISDIR(info.st_mode)) return add_file(list, path, error);
+    if (!S_ISDIR(info.st_mode)) return add_file(list, path, path + below, error);
     if (depth > 8) return PBNDS_OK;
     struct dirent **entries;
     const int n = scandir(path, &entries, NULL, alphasort);
@@ -102,7 +106,7 @@ static enum pbnds_status add_path(struct pbnds_asset_list *list, const char *pat
         if (status == PBNDS_OK && entries[i]->d_name[0] != '.' && fits &&
             stat(child, &info) == 0 &&
             (S_ISDIR(info.st_mode) || has_extension(child, extensions))) {
-            status = add_path(list, child, extensions, depth + 1, error);
+            status = add_path(list, child, below, extensions, depth + 1, error);
         }
         free(entries[i]);
     }
@@ -137,6 +141,17 @@ static enum pbnds_status check_leaks(const struct pbnds_asset_list *list,
     return PBNDS_OK;
 }
 
+/* Where the last component of a path begins; trailing slashes belong to it. */
+static size_t own_name(const char *path)
+{
+    size_t end = strlen(path);
+    while (end > 0 && path[end - 1] == '/')
+        --end;
+    while (end > 0 && path[end - 1] != '/')
+        --end;
+    return end;
+}
+
 enum pbnds_status pbnds_assets_find(const char *const *paths, int count,
                                     const char *const *extensions,
                                     struct pbnds_asset_list *list,
@@ -145,7 +160,7 @@ enum pbnds_status pbnds_assets_find(const char *const *paths, int count,
     *list = (struct pbnds_asset_list){0};
     enum pbnds_status status = PBNDS_OK;
     for (int i = 0; i < count && status == PBNDS_OK; ++i) {
-        status = add_path(list, paths[i], extensions, 0, error);
+        status = add_path(list, paths[i], own_name(paths[i]), extensions, 0, error);
     }
     if (status == PBNDS_OK && list->count == 0) {
         status = pbnds_fail(error, PBNDS_ERROR_ARGUMENT, "%s: no %s files found there",

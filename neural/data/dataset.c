@@ -35,6 +35,8 @@ struct maker {
     int loaded;
     struct pbnds_scene scene;
     struct pbnds_accel *accel;
+    bool
+        writing; /* files of the data set are being written: its errors are not an asset's */
 };
 
 /* What one sample turned out to be. */
@@ -324,6 +326,7 @@ static enum pbnds_status render_sample(struct maker *m, const struct draw *d,
                    "dataset, sample %d of %s", d->id, d->asset->stem);
     char path[4200];
     (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
+    m->writing = true;
     status = pbnds_gbuffer_write(path, &g, &origin, &radiance, extra, 4, PBNDS_EXR_PIZ,
                                  error);
     if (status != PBNDS_OK) goto done;
@@ -341,14 +344,19 @@ done:
     return status;
 }
 
+/* A sample's folder with whatever a kill left in it. */
 static void remove_folder(const char *folder)
 {
-    static const char *const FILES[] = {"sample.exr", "light.exr", "sample.json"};
-    for (size_t i = 0; i < 3; ++i) {
-        char path[4200];
-        (void)snprintf(path, sizeof path, "%s/%s", folder, FILES[i]);
-        (void)unlink(path);
+    DIR *dir = opendir(folder);
+    if (!dir) return;
+    for (struct dirent *entry; (entry = readdir(dir));) {
+        char path[4096 + 300];
+        (void)snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
+        if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0) {
+            (void)unlink(path);
+        }
     }
+    (void)closedir(dir);
     (void)rmdir(folder);
 }
 
@@ -394,7 +402,9 @@ static enum pbnds_status make_sample(struct maker *m, int id, struct pbnds_error
     struct stat info;
     if (stat(folder, &info) == 0) return PBNDS_OK;
     remove_folder(temp);
+    m->writing = true;
     PBNDS_TRY(pbnds_make_folder(temp, error));
+    m->writing = false;
     struct pbnds_image light = {0};
     enum pbnds_status status = draw_sample(m, &d, &light, error);
     if (status == PBNDS_OK) status = render_sample(m, &d, &light, temp, error);
@@ -486,6 +496,46 @@ static enum pbnds_status check_recipe(const struct maker *m, struct pbnds_error 
     return PBNDS_OK;
 }
 
+/* Makes the shard's samples. One that fails is left out with its reason and the run goes
+ * on, unless the data set itself cannot be written (a full disk) or nothing works. */
+static enum pbnds_status make_all(struct maker *m, struct pbnds_error *error)
+{
+    const struct pbnds_dataset_recipe *r = m->recipe;
+    int skipped = 0, there = 0;
+    struct pbnds_error first = {{0}};
+    enum pbnds_status first_status = PBNDS_OK;
+    for (int id = r->shard; id < r->count; id += r->shard_count) {
+        pbnds_progress(m->report, "dataset", id, r->count);
+        struct pbnds_error reason = {{0}};
+        m->writing = false;
+        const enum pbnds_status made = make_sample(m, id, &reason);
+        if (pbnds_stop_requested()) return pbnds_fail_interrupted(error);
+        if (made == PBNDS_OK) {
+            ++there;
+            continue;
+        }
+        if (made == PBNDS_ERROR_IO && m->writing) {
+            if (error) *error = reason;
+            return made;
+        }
+        pbnds_warn(m->report, "sample %d is left out: %s", id, reason.message);
+        if (++skipped == 1) {
+            first = reason;
+            first_status = made;
+        }
+    }
+    pbnds_progress(m->report, "dataset", r->count, r->count);
+    if (skipped > 0) pbnds_warn(m->report, "%s: %d samples left out", m->dir, skipped);
+    if (skipped > 0 && there == 0) {
+        char manifest[4200];
+        (void)snprintf(manifest, sizeof manifest, "%s/dataset.json", m->dir);
+        (void)unlink(manifest); /* mended assets make another recipe */
+        return pbnds_fail(error, first_status, "no sample could be made; the first: %s",
+                          first.message);
+    }
+    return PBNDS_OK;
+}
+
 enum pbnds_status pbnds_dataset_make(const struct pbnds_dataset_recipe *recipe,
                                      const char *dir, const struct pbnds_report *report,
                                      struct pbnds_error *error)
@@ -500,28 +550,7 @@ enum pbnds_status pbnds_dataset_make(const struct pbnds_dataset_recipe *recipe,
     if (status == PBNDS_OK) status = check_recipe(&m, error);
     if (status == PBNDS_OK) status = pbnds_make_folder(dir, error);
     if (status == PBNDS_OK) status = claim_folder(&m, error);
-    int skipped = 0;
-    for (int id = recipe->shard; status == PBNDS_OK && id < recipe->count;
-         id += recipe->shard_count) {
-        pbnds_progress(report, "dataset", id, recipe->count);
-        struct pbnds_error reason = {{0}};
-        const enum pbnds_status made = make_sample(&m, id, &reason);
-        if (pbnds_stop_requested()) {
-            status = pbnds_fail_interrupted(error);
-        } else if (made == PBNDS_ERROR_IO && reason.message[0] &&
-                   strncmp(reason.message, dir, strlen(dir)) == 0) {
-            /* The data set itself cannot be written (a full disk): no use going on. */
-            if (error) *error = reason;
-            status = made;
-        } else if (made != PBNDS_OK) {
-            ++skipped;
-            pbnds_warn(report, "sample %d is left out: %s", id, reason.message);
-        }
-    }
-    if (status == PBNDS_OK) {
-        pbnds_progress(report, "dataset", recipe->count, recipe->count);
-        if (skipped > 0) pbnds_warn(report, "%s: %d samples left out", dir, skipped);
-    }
+    if (status == PBNDS_OK) status = make_all(&m, error);
     pbnds_accel_free(m.accel);
     pbnds_scene_free(&m.scene);
     pbnds_assets_free(&m.scenes);

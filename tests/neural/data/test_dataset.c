@@ -154,6 +154,73 @@ static void a_broken_asset_costs_its_samples_only(void **state)
     fixture_remove("test_dataset_broken");
 }
 
+static void a_data_set_of_nothing_fails(void **state)
+{
+    (void)state;
+    assert_int_equal(pbnds_make_folder("test_dataset_bad", NULL), PBNDS_OK);
+    assert_int_equal(pbnds_file_write("test_dataset_bad/shape.gltf", "{", 1, NULL),
+                     PBNDS_OK);
+    fixture_light("test_dataset_bad/light.exr", 20);
+    static const char *const bad[] = {"test_dataset_bad"};
+    struct pbnds_dataset_recipe recipe = fixture_recipe(bad, 3);
+    recipe.only_split = -1;
+    struct pbnds_error error = {{0}};
+    const enum pbnds_status status =
+        pbnds_dataset_make(&recipe, "test_dataset_nothing", NULL, &error);
+    /* which split the hash chose decides between the two sentences */
+    assert_true(status == PBNDS_ERROR_FORMAT || status == PBNDS_ERROR_ARGUMENT);
+    fixture_remove("test_dataset_bad");
+    static const char *const train[] = {"test_dataset_bad/train"};
+    assert_int_equal(pbnds_make_folder(train[0], NULL), PBNDS_OK);
+    assert_int_equal(
+        pbnds_file_write("test_dataset_bad/train/shape.gltf", "{", 1, NULL), PBNDS_OK);
+    fixture_light("test_dataset_bad/train/light.exr", 20);
+    recipe = fixture_recipe(train, 3);
+    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_nothing", NULL, &error),
+                     PBNDS_ERROR_FORMAT);
+    assert_non_null(strstr(error.message, "shape.gltf"));
+    assert_int_not_equal(access("test_dataset_nothing/dataset.json", F_OK), 0);
+}
+
+/* Only folders below what was given count, and the deepest of them. */
+static void folders_above_do_not_decide_the_split(void **state)
+{
+    (void)state;
+    fixture_assets("test_dataset_deep/test/set");
+    static const char *const root[] = {"test_dataset_deep/test/set"};
+    struct pbnds_dataset_recipe recipe = fixture_recipe(root, 10);
+    make(&recipe, "test_dataset_split");
+    assert_int_equal(count_of("test_dataset_split", PBNDS_SPLIT_TRAIN), 8);
+    assert_int_equal(count_of("test_dataset_split", PBNDS_SPLIT_VAL), 1);
+    assert_int_equal(count_of("test_dataset_split", PBNDS_SPLIT_TEST), 1);
+    assert_int_equal(pbnds_make_folder("test_dataset_nest/train/test", NULL), PBNDS_OK);
+    fixture_gltf("test_dataset_nest/train/test/a.gltf", 1.0f);
+    fixture_light("test_dataset_nest/train/test/a.exr", 20);
+    static const char *const nest[] = {"test_dataset_nest"};
+    recipe = fixture_recipe(nest, 2);
+    recipe.only_split = PBNDS_SPLIT_TEST;
+    make(&recipe, "test_dataset_nested");
+    assert_int_equal(count_of("test_dataset_nested", PBNDS_SPLIT_TEST), 2);
+}
+
+/* What a kill left in a sample's temporary folder does not end up in the sample. */
+static void leftovers_of_a_kill_are_swept(void **state)
+{
+    (void)state;
+    fixture_remove("test_dataset_whole/train/000000");
+    assert_int_equal(pbnds_make_folder("test_dataset_whole/train/.tmp-000000", NULL),
+                     PBNDS_OK);
+    assert_int_equal(
+        pbnds_file_write("test_dataset_whole/train/.tmp-000000/.tmp-1-sample.exr", "x",
+                         1, NULL),
+        PBNDS_OK);
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
+    make(&recipe, "test_dataset_whole");
+    assert_int_equal(access("test_dataset_whole/train/000000/sample.exr", F_OK), 0);
+    assert_int_not_equal(
+        access("test_dataset_whole/train/000000/.tmp-1-sample.exr", F_OK), 0);
+}
+
 static void damaged_samples_are_refused(void **state)
 {
     (void)state;
@@ -177,9 +244,12 @@ int main(void)
         cmocka_unit_test(samples_do_not_depend_on_how_they_were_made),
         cmocka_unit_test(a_sample_reads_back_whole),
         cmocka_unit_test(missing_samples_are_made_and_the_others_kept),
+        cmocka_unit_test(leftovers_of_a_kill_are_swept),
         cmocka_unit_test(another_recipe_is_refused),
         cmocka_unit_test(an_asset_in_two_splits_is_refused),
         cmocka_unit_test(a_broken_asset_costs_its_samples_only),
+        cmocka_unit_test(a_data_set_of_nothing_fails),
+        cmocka_unit_test(folders_above_do_not_decide_the_split),
         cmocka_unit_test(damaged_samples_are_refused),
     };
     return cmocka_run_group_tests_name("neural/data/dataset", tests, clean, clean);
