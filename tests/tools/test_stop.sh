@@ -51,10 +51,17 @@ done
 clean_folder .
 
 # A data set that was stopped goes on: what was made stays, and the end is the same.
-make="$PBNDS dataset scenes --envs envs --count 16 --size 64x64 --spp 64 --seed 1 --quiet"
-stop INT $make -o stopped
+make="$PBNDS dataset scenes --envs envs --count 24 --size 64x64 --spp 64 --seed 1 --quiet"
+checks=$((checks + 1))
+$make -o stopped >stdout 2>stderr &
+pid=$!
+for _ in $(seq 1000); do
+    compgen -G 'stopped/*/*/sample.exr' >made && break
+    sleep 0.05
+done
+halt INT $pid
 clean_folder stopped
-check [ "$(find stopped -name sample.exr | wc -l)" -lt 16 ]
+check [ "$(find stopped -name sample.exr | wc -l)" -lt 24 ]
 run 0 $make -o stopped
 run 0 $make -o data
 check diff -r data stopped
