@@ -17,7 +17,7 @@
 enum pbnds_light_plane {
     PBNDS_LIGHT_N_DOT_L, /**< max(n.l, 0) */
     PBNDS_LIGHT_N_DOT_L_SIGNED,
-    PBNDS_LIGHT_X, /**< direction to the light                                   */
+    PBNDS_LIGHT_X, /**< direction to the light */
     PBNDS_LIGHT_Y,
     PBNDS_LIGHT_Z,
     PBNDS_LIGHT_MARCH_THIN, /**< 1: open, 0: blocked (view.h) */
@@ -54,9 +54,9 @@ struct pbnds_window {
 
 /** One light for the light planes. */
 struct pbnds_light_source {
-    struct pbnds_vec3 wi;       /**< unit, world                                   */
-    struct pbnds_vec3 radiance; /**< for the RADIANCE planes                       */
-    int bit;                    /**< which bit of the march masks is this light's  */
+    struct pbnds_vec3 wi;       /**< unit, world */
+    struct pbnds_vec3 radiance; /**< for the RADIANCE planes */
+    int bit;                    /**< which bit of the march masks is this light's */
 };
 
 extern const struct pbnds_feature_table pbnds_features_transport;

@@ -104,6 +104,6 @@ int pbnds_lights_a_chunk(const struct pbnds_model *model, struct pbnds_window wi
     const size_t a_light = a_pixel * (size_t)window.width * (size_t)window.height;
     const size_t budget = max_memory ? max_memory / 2 : (size_t)512 << 20;
     const size_t fit = budget / a_light;
-    const size_t most = fit < 1 ? 1 : fit > 16 ? 16 : fit;
+    const size_t most = fit < 1 ? 1 : fit > PBNDS_CHUNK_MAX ? PBNDS_CHUNK_MAX : fit;
     return (int)most < lights ? (int)most : lights > 0 ? lights : 1;
 }

@@ -15,8 +15,9 @@ extern "C" {
 #endif
 
 /** Loads weights and makes a shader; free with pbnds_shader_neural_free().
- *  dtype: PBNDS_BF16 or PBNDS_F32. Its ops->name is the model's ("transport",
- * "pbnds+"). Errors: IO, FORMAT (cut short, damaged, weights of another model or
+ *  Unlike the classical passes a neural one works in buffers of its own: one image at a
+ *  time a shader (it is parallel inside). dtype: PBNDS_BF16 or PBNDS_F32. Its ops->name
+ *  is the model's ("transport", "pbnds+"). Errors: IO, FORMAT (cut short, damaged, weights of another model or
  * version: the sentence names the tensor), UNSUPPORTED, MEMORY, BACKEND. */
 enum pbnds_status pbnds_shader_neural_create(const char *weights_path,
                                              enum pbnds_dtype dtype,

@@ -7,6 +7,9 @@
 #include "neural/model/model.h"
 #include "neural/shader_neural.h"
 
+/** Most lights of a chunk: more gain nothing, and per-chunk arrays stay on the stack. */
+enum { PBNDS_CHUNK_MAX = 16 };
+
 struct pbnds_shader_neural {
     struct pbnds_shader base;
     const struct pbnds_model *model;

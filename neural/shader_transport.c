@@ -122,7 +122,7 @@ static void sum_row(void *context, size_t y, int thread)
     (void)thread;
     const struct sum_job *job = context;
     struct pass *p = job->pass;
-    struct pbnds_vec3 wi[16];
+    struct pbnds_vec3 wi[PBNDS_CHUNK_MAX];
     for (int k = 0; k < job->count; ++k) {
         wi[k] =
             pbnds_camera_from_world_vector(&p->view.camera, p->lights[p->first + k].wi);

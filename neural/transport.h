@@ -10,9 +10,9 @@
  *     V_i = sigmoid(v_i + 1)                                     visibility, network
  *     S_i = softplus(s_i - 2), R, G and B                        indirect, network
  *     B   = c_diff + f0
- *     G   = (1 - w) integral of L f_specular max(n.wi, 0)        the whole map,
- * unshadowed O   = sigmoid(o + 2)                                       its occlusion,
- * network w   = clamp((alpha - 0.1) / 0.2, 0, 1)
+ *     G   = (1 - w) integral of L f_specular max(n.wi, 0)        whole map, unshadowed
+ *     O   = sigmoid(o + 2)                                       its occlusion, network
+ *     w   = clamp((alpha - 0.1) / 0.2, 0, 1)
  *
  * A few clusters are a fine light for a wide lobe and a bad one for a narrow one, so
  * the specular goes over from the whole map (narrow) to the clusters with their shadows
@@ -33,10 +33,10 @@ enum { PBNDS_OUT_VISIBILITY, PBNDS_OUT_INDIRECT, PBNDS_OUT_COUNT = 4 };
 /** What shading needs to know of a pixel. */
 struct pbnds_transport_pixel {
     bool covered;
-    struct pbnds_bsdf bsdf; /**< camera space                */
-    struct pbnds_vec3 wo;   /**< to the eye, camera space    */
-    struct pbnds_vec3 b;    /**< c_diff + f0                 */
-    float cluster_weight;   /**< w                           */
+    struct pbnds_bsdf bsdf; /**< camera space */
+    struct pbnds_vec3 wo;   /**< to the eye, camera space */
+    struct pbnds_vec3 b;    /**< c_diff + f0 */
+    float cluster_weight;   /**< w */
 };
 
 #ifdef __cplusplus

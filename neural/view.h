@@ -23,14 +23,14 @@ enum pbnds_plane {
     PBNDS_PLANE_NORMAL_X, /**< camera space */
     PBNDS_PLANE_NORMAL_Y,
     PBNDS_PLANE_NORMAL_Z,
-    PBNDS_PLANE_WO_X, /**< to the eye, camera space                                 */
+    PBNDS_PLANE_WO_X, /**< to the eye, camera space */
     PBNDS_PLANE_WO_Y,
     PBNDS_PLANE_WO_Z,
     PBNDS_PLANE_SPECULAR,
     PBNDS_PLANE_ROUGHNESS,
     PBNDS_PLANE_METALLIC,
     PBNDS_PLANE_N_DOT_V,
-    PBNDS_PLANE_MASK, /**< coverage                                                */
+    PBNDS_PLANE_MASK,      /**< coverage */
     PBNDS_PLANE_LOG_DEPTH, /**< ln(depth / median depth of the view) */
     PBNDS_PLANE_HORIZON, /**< 8 planes, azimuth 45 degrees each from +x towards -y (down
                               the image): largest cosine between the normal and a
@@ -43,13 +43,13 @@ struct pbnds_view {
     int width, height;
     struct pbnds_camera camera;
     float *plane[PBNDS_PLANE_COUNT]; /**< into storage */
-    float *depth;   /**< planar metres, +inf where nothing was hit     */
-    float *storage; /**< owned                                         */
+    float *depth;                    /**< planar metres, +inf where nothing was hit */
+    float *storage;                  /**< owned */
 };
 
 /** What one light looks like from every pixel, by march through the depth buffer. */
 struct pbnds_march {
-    uint32_t *thin;  /**< bit i: light i is blocked by something of small thickness  */
+    uint32_t *thin;  /**< bit i: light i is blocked by something of small thickness */
     uint32_t *thick; /**< bit i: the same if surfaces are assumed thick */
 };
 

@@ -1,4 +1,3 @@
-#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,6 +23,9 @@ struct decode_job {
 };
 
 /* What all images together may take once decoded. */
+/* Far above any lamp, and far enough below FLT_MAX for the sums of a path. */
+static const double EMISSION_MAX = 1e20;
+
 static const uint64_t max_decoded = (uint64_t)8 << 30;
 
 static float unit(double x)
@@ -115,7 +117,7 @@ static enum pbnds_status convert_factors(struct pbnds_gltf_load_state *g, size_t
     float emissive[3];
     for (int i = 0; i < 3; ++i) {
         const double e = s->emissive[i] * s->emissive_strength;
-        if (!(e >= 0.0 && e <= (double)FLT_MAX)) {
+        if (!(e >= 0.0 && e <= EMISSION_MAX)) {
             return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
                               "%s: material %zu emits %g, which is not a radiance",
                               g->name, index, e);

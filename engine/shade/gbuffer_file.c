@@ -580,7 +580,9 @@ static void read_pixel(const struct reading *r, const struct pbnds_camera_view *
     store(g->geometric_normal, i, n);
     g->roughness[i] = unit_value(r->from.roughness, i, 1.0f);
     g->metallic[i] = unit_value(r->from.metallic, i, 0.0f);
-    g->specular[i] = unit_value(r->from.specular, i, 0.04f);
+    const float dielectric = 0.04f * (1.0f - g->metallic[i]);
+    g->specular[i] = unit_value(r->from.specular, i,
+                                dielectric + g->metallic[i] * pbnds_luminance(at(r->from.albedo, i)));
     g->coverage[i] = unit_value(r->from.coverage, i, 1.0f);
     g->depth[i] = r->from.depth[i];
     if (r->from.position[0]) {
@@ -589,22 +591,33 @@ static void read_pixel(const struct reading *r, const struct pbnds_camera_view *
         const float t = r->from.depth[i] / pbnds_dot(ray.direction, view->forward);
         store(g->position, i, pbnds_mad(ray.origin, ray.direction, t));
     }
-    if (r->from.emission[0]) store(g->emission, i, at(r->from.emission, i));
+    if (r->from.emission[0]) {
+        const struct pbnds_vec3 e = at(r->from.emission, i);
+        store(g->emission, i,
+              pbnds_vec3_make(pbnds_clamp(e.x, 0.0f, 1e20f), pbnds_clamp(e.y, 0.0f, 1e20f),
+                              pbnds_clamp(e.z, 0.0f, 1e20f)));
+    }
     g->object_id[i] = r->from.object_id ? r->from.object_id[i] : 0;
 }
 
-static enum pbnds_status read_radiance(const struct pbnds_exr *exr,
+static enum pbnds_status read_radiance(const struct reading *r,
                                        struct pbnds_image *radiance,
                                        struct pbnds_error *error)
 {
+    const struct pbnds_exr *exr = r->exr;
     const float *const planes[3] = {float_plane(exr, "R"), float_plane(exr, "G"),
                                     float_plane(exr, "B")};
     if (!planes[0] || !planes[1] || !planes[2]) return PBNDS_OK;
     PBNDS_TRY(pbnds_image_init(radiance, exr->width, exr->height, 3, error));
     const size_t count = (size_t)exr->width * (size_t)exr->height;
     for (size_t i = 0; i < count; ++i) {
-        for (size_t c = 0; c < 3; ++c)
+        for (size_t c = 0; c < 3; ++c) {
+            if (!isfinite(planes[c][i])) {
+                static const char *const names[] = {"R", "G", "B"};
+                return fail_value(r, names[c], i, planes[c][i], error);
+            }
             radiance->data[3 * i + c] = planes[c][i];
+        }
     }
     return PBNDS_OK;
 }
@@ -641,8 +654,9 @@ enum pbnds_status pbnds_gbuffer_read(const char *path, struct pbnds_gbuffer *gbu
     PBNDS_TRY(pbnds_exr_read(path, &file, error));
     struct reading r = {.path = path, .exr = &file, .gbuffer = gbuffer};
     enum pbnds_status status = read_planes(&r, error);
-    if (status == PBNDS_OK && radiance) status = read_radiance(&file, radiance, error);
+    if (status == PBNDS_OK && radiance) status = read_radiance(&r, radiance, error);
     if (status != PBNDS_OK) {
+        if (radiance) pbnds_image_free(radiance);
         pbnds_gbuffer_free(gbuffer);
         pbnds_exr_free(&file);
         return status;

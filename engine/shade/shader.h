@@ -41,7 +41,8 @@ struct pbnds_shader_ops {
 
     /** Fills `radiance` (already width x height x 3, zeroed; W m^-2 sr^-1, linear Rec. 709)
      *  for every covered pixel; uncovered ones stay 0. Emission is included. Must not
-     *  change the job or the shader: two threads may share them. */
+     *  change the job. The classical passes hold no state and may be shared by threads;
+     *  a shader with buffers of its own says so where it is made. */
     enum pbnds_status (*shade)(const struct pbnds_shader *self,
                                const struct pbnds_shade_job *job,
                                struct pbnds_image *radiance, struct pbnds_error *error);

@@ -12,8 +12,9 @@
  *
  * paper-ggx           B = (1 - s) albedo / pi + D F V
  *     F  = F0 + (1 - F0)(1 - <h.v>)^5,  F0 = 0.04 (1 - s) + albedo s   (s as metalness)
- *     V  = V1(<n.l>) V1(<n.v>),  V1(c) = 0.5 / max(c (1 - k) + k, 0.01),  k = (1 + r)^2
- * / 8 D  = min(exp(2 (<n.h> - 1) / a) / (pi a), 1),  a = max(r^2, 0.01)
+ *     V  = V1(<n.l>) V1(<n.v>),  V1(c) = 0.5 / max(c (1 - k) + k, 0.01),
+ *          k = (1 + r)^2 / 8
+ *     D  = min(exp(2 (<n.h> - 1) / a) / (pi a), 1),  a = max(r^2, 0.01)
  *
  * with albedo, roughness r and specular s of the G-buffer, h = normalize(l + v), and L
  * the nearest texel of the light map. A white matte surface (albedo 1, s 0, r 1) under

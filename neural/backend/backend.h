@@ -26,12 +26,12 @@ enum pbnds_dtype { PBNDS_F32, PBNDS_BF16 };
  *  or, transposed (kernel 2, stride 2 only),
  *      y[n, 2 y + ky, 2 x + kx, o] = act(b[o] + sum_i w[i, o, ky, kx] x[n, y, x, i]). */
 struct pbnds_conv {
-    int n, h, w;     /**< input batch and size                             */
-    int in, out;     /**< channels                                         */
-    int kernel;      /**< 1, 2 or 3                                        */
-    int stride;      /**< 1, or 2 (kernels 2 and 3; h and w even)          */
-    bool transposed; /**< weight is iohw then, oihw otherwise (as torch)   */
-    bool relu;       /**< act is max(0, .), fused; backward takes dy already
+    int n, h, w;            /**< input batch and size                             */
+    int in, out;            /**< channels                                         */
+    int kernel;             /**< 1, 2 or 3                                        */
+    int stride;             /**< 1, or 2 (kernels 2 and 3; h and w even)          */
+    bool transposed;        /**< weight is iohw then, oihw otherwise (as torch)   */
+    bool relu;              /**< act is max(0, .), fused; backward takes dy already
                           masked by the caller                              */
     enum pbnds_dtype dtype; /**< of x, y, dx, dy                           */
 };
@@ -40,9 +40,10 @@ struct pbnds_backend;
 
 struct pbnds_backend_ops {
     const char *name; /**< "onednn", "reference" */
-    enum pbnds_status (*conv_forward)(struct pbnds_backend *b, const struct pbnds_conv *c,
-                                      const void *x, const float *weight, const float *bias,
-                                      void *y, struct pbnds_error *error);
+    enum pbnds_status (*conv_forward)(struct pbnds_backend *b,
+                                      const struct pbnds_conv *c, const void *x,
+                                      const float *weight, const float *bias, void *y,
+                                      struct pbnds_error *error);
     /** dx = dL/dx (overwritten). */
     enum pbnds_status (*conv_backward_data)(struct pbnds_backend *b,
                                             const struct pbnds_conv *c, const void *dy,
@@ -50,8 +51,9 @@ struct pbnds_backend_ops {
                                             struct pbnds_error *error);
     /** dweight += dL/dw, dbias += dL/db. */
     enum pbnds_status (*conv_backward_weights)(struct pbnds_backend *b,
-                                               const struct pbnds_conv *c, const void *x,
-                                               const void *dy, float *dweight, float *dbias,
+                                               const struct pbnds_conv *c,
+                                               const void *x, const void *dy,
+                                               float *dweight, float *dbias,
                                                struct pbnds_error *error);
     /** Weights changed in place (an optimiser step): drop cached copies of them. */
     void (*weights_changed)(struct pbnds_backend *b);
@@ -68,10 +70,12 @@ struct pbnds_backend {
 extern "C" {
 #endif
 
-enum pbnds_status pbnds_backend_create_onednn(struct pbnds_backend **backend,
-                                              struct pbnds_error *error) PBNDS_NODISCARD;
-enum pbnds_status pbnds_backend_create_reference(struct pbnds_backend **backend,
-                                                 struct pbnds_error *error) PBNDS_NODISCARD;
+enum pbnds_status
+pbnds_backend_create_onednn(struct pbnds_backend **backend,
+                            struct pbnds_error *error) PBNDS_NODISCARD;
+enum pbnds_status
+pbnds_backend_create_reference(struct pbnds_backend **backend,
+                               struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_backend_free(struct pbnds_backend *backend);
 /** Is bf16 faster than f32 here (AMX)? */
 bool pbnds_backend_has_fast_bf16(void);

@@ -9,8 +9,8 @@
 
 struct pbnds_asset {
     char *path;
-    char stem[96]; /**< file name without its extension                   */
-    uint64_t hash; /**< xxh64 of the file's bytes (of the .gltf alone)     */
+    char stem[96]; /**< file name without its extension */
+    uint64_t hash; /**< xxh64 of the file's bytes (of the .gltf alone) */
     enum pbnds_split split;
 };
 

@@ -4,17 +4,19 @@
  * scenes and HDRIs. Every sample is a pure function of (recipe, seed, id).
  *
  * On disk:
- *     DIR/dataset.json                 recipe, assets and light maps with their split
- * and hash DIR/{train,val,test}/ID/sample.exr   contract G-buffer + targets (below)
- *     DIR/{train,val,test}/ID/light.exr    the light map as it lit the scene: gltf
- * convention, yaw, strength and exposure baked in; R, G, B
- *     DIR/{train,val,test}/ID/sample.json  asset, light map, yaw, exposure, camera,
- * seed Targets in sample.exr: R, G, B reference radiance (linear); direct.{R,G,B} its
- * part that reached the surface directly; visibility (uint): bit i is 1 where cluster
- * light i (envmap.h, PBNDS_DATASET_LIGHTS of light.exr) is seen from the pixel.
+ *     DIR/dataset.json       recipe; assets and light maps with their split and hash
+ *     DIR/{train,val,test}/ID/
+ *         sample.exr         contract G-buffer and the targets below
+ *         light.exr          the light map as it lit the scene: gltf convention, yaw,
+ *                            strength and exposure baked in; R, G, B
+ *         sample.json        asset, light map, yaw, strength, field of view, spp, seed
  *
- * Splits: an asset or light map below a folder named train, val or test belongs to it;
- * others by a hash of their file stem (80 / 10 / 10). A sample's asset and light map
+ * Targets in sample.exr: R, G, B reference radiance (linear); direct.{R,G,B} its part
+ * that reached the surface directly; visibility (uint): bit i is 1 where cluster light i
+ * (envmap.h, PBNDS_DATASET_LIGHTS of light.exr) is seen from the pixel.
+ *
+ * Splits: the deepest folder named train, val or test, below or at the path given,
+ * decides; others go by a hash of their file stem (80 / 10 / 10). A sample's asset and light map
  * are always of the same split, so test scenes and test lights are both unseen.
  */
 #ifndef PBNDS_NEURAL_DATA_DATASET_H
@@ -37,14 +39,14 @@ enum pbnds_split {
 struct pbnds_dataset_recipe {
     const char *const *scenes; /**< .glb/.gltf files, or folders searched for them */
     int scene_count;
-    const char *const *envs; /**< .hdr/.exr files, or folders searched for them  */
+    const char *const *envs; /**< .hdr/.exr files, or folders searched for them */
     int env_count;
     int count;      /**< samples in all; 10 % val, 10 % test where those splits
                          have assets and lights                          */
-    int only_split; /**< enum pbnds_split, or -1: all of them            */
+    int only_split; /**< enum pbnds_split, or -1: all of them */
     int width, height, spp;
     uint64_t seed;
-    int shard, shard_count; /**< makes ids with id % shard_count == shard        */
+    int shard, shard_count; /**< makes ids with id % shard_count == shard */
 };
 
 /** One sample in memory. */
@@ -53,7 +55,7 @@ struct pbnds_sample {
     struct pbnds_gbuffer gbuffer;
     struct pbnds_image radiance, direct;
     uint32_t *visibility;        /**< width * height, owned */
-    struct pbnds_envmap *envmap; /**< of light.exr          */
+    struct pbnds_envmap *envmap; /**< of light.exr */
 };
 
 /** The list of a data set's samples of one split, in id order. */

@@ -17,16 +17,16 @@
 #include "neural/backend/backend.h"
 
 enum pbnds_op {
-    PBNDS_OP_VIEW_INPUT,  /**< channels; float32 supplied by the caller                     */
+    PBNDS_OP_VIEW_INPUT, /**< channels; float32 supplied by the caller                     */
     PBNDS_OP_LIGHT_INPUT, /**< channels                                                     */
-    PBNDS_OP_CONV,        /**< kernel 1, 2 or 3, stride 1 or 2, bias, act                   */
-    PBNDS_OP_UP,          /**< 2x2 stride-2 transposed convolution, bias, act               */
-    PBNDS_OP_ADD,         /**< in[0] + in[1], broadcast over lights, act                    */
-    PBNDS_OP_CONCAT,      /**< channels of in[0], then of in[1], broadcast over lights      */
-    PBNDS_OP_SHUFFLE,     /**< depth to space x2: out[2y+dy, 2x+dx, c] = in[y, x, c*4+dy*2+dx]
+    PBNDS_OP_CONV, /**< kernel 1, 2 or 3, stride 1 or 2, bias, act                   */
+    PBNDS_OP_UP,   /**< 2x2 stride-2 transposed convolution, bias, act               */
+    PBNDS_OP_ADD,  /**< in[0] + in[1], broadcast over lights, act                    */
+    PBNDS_OP_CONCAT, /**< channels of in[0], then of in[1], broadcast over lights      */
+    PBNDS_OP_SHUFFLE, /**< depth to space x2: out[2y+dy, 2x+dx, c] = in[y, x, c*4+dy*2+dx]
                                (torch's PixelShuffle); channels of in[0] / 4                */
-    PBNDS_OP_POOL,        /**< mean over 2x2                                                */
-    PBNDS_OP_DROPOUT,     /**< in training, zeroes elements with probability `rate`, scales
+    PBNDS_OP_POOL, /**< mean over 2x2                                                */
+    PBNDS_OP_DROPOUT, /**< in training, zeroes elements with probability `rate`, scales
                                the rest by 1 / (1 - rate); identity otherwise               */
 };
 
@@ -36,8 +36,8 @@ enum pbnds_act { PBNDS_ACT_NONE, PBNDS_ACT_RELU };
 struct pbnds_layer {
     const char *name; /**< unique; parameters are "<name>.weight" and "<name>.bias" */
     enum pbnds_op op;
-    int in[2];        /**< row indices, -1 where unused                             */
-    int channels;     /**< of the output (INPUT, CONV, UP); else derived, leave 0   */
+    int in[2];    /**< row indices, -1 where unused                             */
+    int channels; /**< of the output (INPUT, CONV, UP); else derived, leave 0   */
     int kernel, stride;
     enum pbnds_act act;
     float rate;       /**< dropout */
@@ -69,8 +69,8 @@ extern "C" {
 /** Checks the table and makes a net with zero parameters; the table is borrowed.
  *  Errors: ARGUMENT (the sentence names the row), MEMORY. */
 enum pbnds_status pbnds_net_create(const struct pbnds_net_table *table,
-                                   struct pbnds_backend *backend, enum pbnds_dtype dtype,
-                                   struct pbnds_net **net,
+                                   struct pbnds_backend *backend,
+                                   enum pbnds_dtype dtype, struct pbnds_net **net,
                                    struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_net_free(struct pbnds_net *net);
 
@@ -92,17 +92,18 @@ int pbnds_net_deepest_level(const struct pbnds_net *net);
 
 /** How a pass is run. */
 struct pbnds_pass {
-    int batch;   /**< B views                                                        */
-    int lights;  /**< N lights in this chunk (may differ from call to call)          */
-    int h, w;    /**< of the inputs                                                  */
-    bool train;  /**< keep activations for backward, apply dropout                   */
+    int batch;  /**< B views                                                        */
+    int lights; /**< N lights in this chunk (may differ from call to call)          */
+    int h, w;   /**< of the inputs                                                  */
+    bool train; /**< keep activations for backward, apply dropout                   */
     uint64_t dropout_key; /**< masks are a pure function of (key, layer, element); give
                                every chunk of lights its own key, the same in a re-run */
 };
 
 /** Runs the view scope. view_input: [B, h, w, C] float32. Its activations stay valid for any
  *  number of light chunks. view_output (or NULL) receives [B, oh, ow, C'] float32. */
-enum pbnds_status pbnds_net_forward_view(struct pbnds_net *net, const struct pbnds_pass *pass,
+enum pbnds_status pbnds_net_forward_view(struct pbnds_net *net,
+                                         const struct pbnds_pass *pass,
                                          const float *view_input, float *view_output,
                                          struct pbnds_error *error) PBNDS_NODISCARD;
 /** Runs the light scope for one chunk. light_input: [B N, h, w, C] float32 (at the level of

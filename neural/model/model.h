@@ -12,12 +12,12 @@
 
 /** A network and how it is to be used. Static data. */
 struct pbnds_model {
-    const char *name; /**< "transport", "pbnds+": the word on the command line        */
-    int version;      /**< of the table and of the features together; in the file     */
+    const char *name; /**< "transport", "pbnds+": the word on the command line */
+    int version;      /**< of the table and of the features together; in the file */
     struct pbnds_net_table table;
-    int view_channels;  /**< of the view input  */
-    int light_channels; /**< of the light input */
-    int lights; /**< default N                                                  */
+    int view_channels;    /**< of the view input */
+    int light_channels;   /**< of the light input */
+    int lights;           /**< default N */
     bool linear_in_light; /**< any N and any sampler are valid */
     const char *about;
 };

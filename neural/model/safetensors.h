@@ -14,7 +14,7 @@
 struct pbnds_safetensor {
     char name[96];
     int shape[4];
-    int rank;          /**< 0 to 4                                           */
+    int rank; /**< 0 to 4                                           */
     size_t count;
     const float *data; /**< into the file's buffer (read) or borrowed (write) */
 };
@@ -37,17 +37,20 @@ extern "C" {
 
 /** Errors: IO, FORMAT (cut short, not safetensors, damaged header), UNSUPPORTED (dtype),
  *  MEMORY (over 4 GiB). */
-enum pbnds_status pbnds_safetensors_read(const char *path, struct pbnds_safetensors *file,
+enum pbnds_status pbnds_safetensors_read(const char *path,
+                                         struct pbnds_safetensors *file,
                                          struct pbnds_error *error) PBNDS_NODISCARD;
 /** The same from bytes in memory (for the fuzz target); copies what it needs. */
-enum pbnds_status pbnds_safetensors_parse(const void *bytes, size_t size, const char *name,
+enum pbnds_status pbnds_safetensors_parse(const void *bytes, size_t size,
+                                          const char *name,
                                           struct pbnds_safetensors *file,
                                           struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_safetensors_free(struct pbnds_safetensors *file);
-const struct pbnds_safetensor *pbnds_safetensors_find(const struct pbnds_safetensors *file,
-                                                      const char *name);
+const struct pbnds_safetensor *
+pbnds_safetensors_find(const struct pbnds_safetensors *file, const char *name);
 /** Value of a metadata key, NULL when absent. */
-const char *pbnds_safetensors_metadata(const struct pbnds_safetensors *file, const char *key);
+const char *pbnds_safetensors_metadata(const struct pbnds_safetensors *file,
+                                       const char *key);
 /** Writes atomically, tensors in the given order, metadata in the given order. */
 enum pbnds_status pbnds_safetensors_write(const char *path,
                                           const struct pbnds_safetensors *file,

@@ -15,8 +15,8 @@ struct pbnds_batch {
     const struct pbnds_task_ops *ops;
     struct pbnds_task task;
     struct pbnds_net *net;
-    int views, crop; /**< B, and the side of the square windows          */
-    int chunk;       /**< lights at once                                  */
+    int views, crop; /**< B, and the side of the square windows */
+    int chunk;       /**< lights at once */
     int out_channels, view_out_channels;
     float *view_input, *light_input, *out, *d_out, *view_out, *d_view_out, *part,
         *d_part;

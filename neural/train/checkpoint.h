@@ -12,11 +12,11 @@
 #include "neural/train/adam.h"
 
 struct pbnds_checkpoint {
-    uint64_t step;    /**< steps done                                          */
-    uint64_t stocked; /**< last step that was validated and entered in the curve   */
-    double best;      /**< lowest validation loss so far, +inf for none        */
-    double seconds;   /**< training time so far                                */
-    char recipe[512]; /**< model, data hash and options; compared on resume    */
+    uint64_t step;    /**< steps done */
+    uint64_t stocked; /**< last step that was validated and entered in the curve */
+    double best;      /**< lowest validation loss so far, +inf for none */
+    double seconds;   /**< training time so far */
+    char recipe[512]; /**< model, data hash and options; compared on resume */
 };
 
 #ifdef __cplusplus

@@ -14,12 +14,12 @@ struct pbnds_train_item {
     struct pbnds_view view;
     struct pbnds_envmap *envmap;
     struct pbnds_env_light
-        lights[PBNDS_DATASET_LIGHTS]; /**< clusters; unused ones black   */
+        lights[PBNDS_DATASET_LIGHTS]; /**< clusters; unused ones black */
     int light_count;
-    float *radiance;      /**< [h, w, 3] reference without the primary emission      */
-    float *direct;        /**< [h, w, 3] its direct part                             */
+    float *radiance;      /**< [h, w, 3] reference without the primary emission */
+    float *direct;        /**< [h, w, 3] its direct part */
     float *specular;      /**< [h, w, 3] narrow specular of the whole map (transport) */
-    uint32_t *visibility; /**< bit i: cluster i is seen, by rays                     */
+    uint32_t *visibility; /**< bit i: cluster i is seen, by rays */
     struct pbnds_march march; /**< bit i: cluster i is blocked, by march */
 };
 

@@ -15,12 +15,12 @@ struct pbnds_task_view {
     const struct pbnds_train_item *item;
     struct pbnds_window window; /**< inside the image */
     uint64_t key; /**< of this view in this step: everything random follows */
-    bool train;   /**< false in validation: no dark gate                    */
+    bool train;   /**< false in validation: no dark gate */
 };
 
 /** Losses of one view, for the curves. */
 struct pbnds_task_loss {
-    double total; /**< what is minimised                                              */
+    double total; /**< what is minimised */
     double mse;   /**< of sRGB(clamp(radiance)) against the reference's, covered pixels;
                        < 0 when this view has none (a dark sample)                      */
 };

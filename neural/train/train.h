@@ -4,8 +4,8 @@
  * checkpoint and exact resume, best on validation.
  *
  * Beside WEIGHTS.safetensors it keeps WEIGHTS.safetensors.checkpoint (parameters,
- * moments, step: removed when the run is finished) and WEIGHTS.csv (step, loss,
- * validation).
+ * moments, step: removed when the run is finished) and WEIGHTS.safetensors.csv (the loss
+ * curve). Neither an unfinished run nor finished weights are ever overwritten unasked.
  */
 #ifndef PBNDS_NEURAL_TRAIN_TRAIN_H
 #define PBNDS_NEURAL_TRAIN_TRAIN_H
@@ -14,19 +14,19 @@
 #include "neural/backend/backend.h"
 
 struct pbnds_train_options {
-    const char *data;    /**< data set folder                                      */
-    const char *weights; /**< output file                                          */
-    const char *model;   /**< "pbnds+" or "transport"                              */
-    const char *init;    /**< weights file to start from, or NULL                  */
-    int steps;           /**< optimisation steps in all; 0: the model's default    */
-    int batch;           /**< views a step; 0: the model's default                 */
-    int lights;          /**< lights a view; 0: the model's default                */
-    int crop;            /**< pixels; 0: 128 or the sample's size if smaller       */
-    double lr;           /**< peak learning rate; 0: the model's default           */
-    double seconds;      /**< stop at a checkpoint after this long; 0: no limit    */
-    double p_dark, lambda_zero; /**< pbnds+: energy regularisation; < 0: defaults  */
+    const char *data;    /**< data set folder */
+    const char *weights; /**< output file */
+    const char *model;   /**< "pbnds+" or "transport" */
+    const char *init;    /**< weights file to start from, or NULL */
+    int steps;           /**< optimisation steps in all; 0: the model's default */
+    int batch;           /**< views a step; 0: the model's default */
+    int lights;          /**< lights a view; 0: the model's default */
+    int crop;            /**< pixels; 0: 128 or the sample's size if smaller */
+    double lr;           /**< peak learning rate; 0: the model's default */
+    double seconds;      /**< stop at a checkpoint after this long; 0: no limit */
+    double p_dark, lambda_zero; /**< pbnds+: energy regularisation; < 0: defaults */
     uint64_t seed;
-    bool resume; /**< go on from the checkpoint where there is one         */
+    bool resume; /**< go on from the checkpoint where there is one */
     enum pbnds_dtype dtype;
 };
 
