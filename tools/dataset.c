@@ -29,14 +29,22 @@ static enum pbnds_status run(const struct tool_options *options,
     };
     PBNDS_TRY(tool_folder_check(options->output, error));
     PBNDS_TRY(pbnds_dataset_make(&recipe, options->output, tool_report(), error));
-    (void)printf("%s:", options->output);
+    int made[PBNDS_SPLIT_COUNT];
     for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
         struct pbnds_sample_list list;
         PBNDS_TRY(
             pbnds_dataset_list(options->output, (enum pbnds_split)split, &list, error));
-        (void)printf(" %s %d%s", pbnds_split_name((enum pbnds_split)split), list.count,
-                     split + 1 < PBNDS_SPLIT_COUNT ? "," : " samples\n");
+        made[split] = list.count;
         pbnds_sample_list_free(&list);
+    }
+    if (options->json) {
+        tool_json_result(options->output, 3, "train", (double)made[PBNDS_SPLIT_TRAIN],
+                         "val", (double)made[PBNDS_SPLIT_VAL], "test",
+                         (double)made[PBNDS_SPLIT_TEST]);
+    } else {
+        (void)printf("%s: train %d, val %d, test %d samples\n", options->output,
+                     made[PBNDS_SPLIT_TRAIN], made[PBNDS_SPLIT_VAL],
+                     made[PBNDS_SPLIT_TEST]);
     }
     return PBNDS_OK;
 }

@@ -27,8 +27,13 @@ static enum pbnds_status run(const struct tool_options *options,
         double covered = 0.0;
         for (size_t i = 0; i < count; ++i)
             covered += (double)g->coverage[i];
-        (void)printf("%s: %dx%d, %.1f %% covered\n", options->output, g->width,
-                     g->height, 100.0 * covered / (double)count);
+        if (options->json) {
+            tool_json_result(options->output, 3, "width", (double)g->width, "height",
+                             (double)g->height, "coverage", covered / (double)count);
+        } else {
+            (void)printf("%s: %dx%d, %.1f %% covered\n", options->output, g->width,
+                         g->height, 100.0 * covered / (double)count);
+        }
     }
     tool_world_free(&world);
     return status;

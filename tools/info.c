@@ -341,8 +341,12 @@ static enum pbnds_status run_check(const struct tool_options *options,
     const enum pbnds_status status = describe(options->inputs[0], true, facts, error);
     const cJSON *kind = cJSON_GetObjectItem(facts, "kind");
     if (status == PBNDS_OK) {
-        (void)printf("%s: %s, sound\n", options->inputs[0],
-                     cJSON_IsString(kind) ? kind->valuestring : "file");
+        if (options->json) {
+            tool_json_result(options->inputs[0], 1, "sound", 1.0);
+        } else {
+            (void)printf("%s: %s, sound\n", options->inputs[0],
+                         cJSON_IsString(kind) ? kind->valuestring : "file");
+        }
     }
     cJSON_Delete(facts);
     return status;

@@ -46,7 +46,6 @@ struct row {
 #define LIT        (TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE)
 #define SHADES     (TOOL_RENDER | TOOL_SHADE)
 #define MAKES      (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN)
-#define PICTURES   (TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE)
 
 /* The command line, row by row, in the order of --help. */
 static const struct row rows[] = {
@@ -95,7 +94,8 @@ static const struct row rows[] = {
     {"precision", KIND_CHOICE, AT(precision), 0, 0, LIT | TOOL_TRAIN, GROUP_SHADE,
      "fp32|bf16|auto", "of the networks; auto: bf16 where this machine is faster at it",
      "auto|fp32|bf16"},
-    {"background", KIND_CHOICE, AT(background), 0, 0, PICTURES, GROUP_SHADE, "env|none",
+    {"background", KIND_CHOICE, AT(background), 0, 0,
+     TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE, GROUP_SHADE, "env|none",
      "what is seen beside the scene (default: the light map)", "none|env"},
 
     {"envs", KIND_STRINGS, AT(envs), 0, 0, TOOL_DATASET, GROUP_JOB, "DIR",
@@ -138,11 +138,11 @@ static const struct row rows[] = {
      "writes the tone-mapped picture too", NULL},
     {"json", KIND_STRING, AT(json_file), 0, 0, TOOL_COMPARE, GROUP_OUT, "FILE",
      "writes the table as JSON ('-': on stdout in place of the table)", NULL},
-    {"json", KIND_FLAG, AT(json), 0, 0, TOOL_INFO, GROUP_OUT, NULL, "prints JSON",
-     NULL},
-    {"exposure", KIND_DOUBLE, AT(exposure), -64, 64, PICTURES, GROUP_OUT, "EV",
+    {"json", KIND_FLAG, AT(json), 0, 0, EVERY & ~(unsigned)TOOL_COMPARE, GROUP_ANY,
+     NULL, "what is told on stdout, as one line of JSON", NULL},
+    {"exposure", KIND_DOUBLE, AT(exposure), -64, 64, EVERY, GROUP_ANY, "EV",
      "of the display transform; EXR files stay scene-referred", NULL},
-    {"tonemap", KIND_TONEMAP, AT(tonemap), 0, 0, PICTURES, GROUP_OUT, "NAME",
+    {"tonemap", KIND_TONEMAP, AT(tonemap), 0, 0, EVERY, GROUP_ANY, "NAME",
      "pbr-neutral (default), none, reinhard", NULL},
 
     {"threads", KIND_INT, AT(threads), 1, 4096, EVERY, GROUP_ANY, "N",

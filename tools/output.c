@@ -1,6 +1,7 @@
 #include "tools/output.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -136,4 +137,18 @@ enum pbnds_status tool_text_end(struct tool_text *text, const char *path,
     free(text->data);
     *text = (struct tool_text){NULL, NULL, 0};
     return status;
+}
+
+void tool_json_result(const char *output, int count, ...)
+{
+    (void)printf("{\"output\": ");
+    tool_json_string(stdout, output);
+    va_list pairs;
+    va_start(pairs, count);
+    for (int i = 0; i < count; ++i) {
+        (void)printf(", \"%s\": ", va_arg(pairs, const char *));
+        tool_json_number(stdout, va_arg(pairs, double));
+    }
+    va_end(pairs);
+    (void)printf("}\n");
 }

@@ -34,6 +34,9 @@ enum pbnds_status tool_displayed(const struct pbnds_image *radiance,
 
 /** JSON pieces: a quoted string; a number, null where it is not finite. */
 void tool_json_string(FILE *file, const char *text);
+/** One line on stdout for --json: an object of what was made and its facts; `count` pairs of
+ *  (const char *key, double value) follow. */
+void tool_json_result(const char *output, int count, ...);
 void tool_json_number(FILE *file, double value);
 
 /** Text that goes to a file at once (atomically) when it is complete. */

@@ -52,8 +52,13 @@ enum pbnds_status tool_shade_one(const struct tool_options *options,
     if (status == PBNDS_OK) status = tool_check_stop(error);
     if (status == PBNDS_OK) status = write_outputs(options, &world, &radiance, error);
     if (status == PBNDS_OK) {
-        (void)printf("%s: %dx%d, %s, shaded in %.2f s\n", options->output,
-                     radiance.width, radiance.height, name, seconds);
+        if (options->json) {
+            tool_json_result(options->output, 3, "width", (double)radiance.width,
+                             "height", (double)radiance.height, "seconds", seconds);
+        } else {
+            (void)printf("%s: %dx%d, %s, shaded in %.2f s\n", options->output,
+                         radiance.width, radiance.height, name, seconds);
+        }
     }
 done:
     pbnds_image_free(&radiance);

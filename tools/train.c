@@ -58,8 +58,13 @@ static enum pbnds_status run(const struct tool_options *options,
     };
     const double start = tool_seconds();
     PBNDS_TRY(pbnds_train(&train, tool_report(), error));
-    (void)printf("%s: %s, trained for %.1f min\n", options->output, options->model,
-                 (tool_seconds() - start) / 60.0);
+    const double seconds = tool_seconds() - start;
+    if (options->json) {
+        tool_json_result(options->output, 1, "seconds", seconds);
+    } else {
+        (void)printf("%s: %s, trained for %.1f min\n", options->output, options->model,
+                     seconds / 60.0);
+    }
     return PBNDS_OK;
 }
 

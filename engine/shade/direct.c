@@ -99,7 +99,7 @@ static void shade_tile(void *context, const struct pbnds_tile *tile)
 {
     const struct pass *pass = context;
     const struct pbnds_gbuffer *g = pass->job->gbuffer;
-    for (int y = tile->y0; y < tile->y1; ++y)
+    for (int y = tile->y0; y < tile->y1 && !pbnds_stop_requested(); ++y)
         for (int x = tile->x0; x < tile->x1; ++x) {
             const size_t i = (size_t)y * (size_t)g->width + (size_t)x;
             if (!(g->coverage[i] > 0.0f)) continue;

@@ -198,7 +198,7 @@ static void trace_tile(void *context, const struct pbnds_tile *tile)
 {
     const struct trace *trace = context;
     const struct pbnds_gbuffer *g = trace->job->gbuffer;
-    for (int y = tile->y0; y < tile->y1; ++y)
+    for (int y = tile->y0; y < tile->y1 && !pbnds_stop_requested(); ++y)
         for (int x = tile->x0; x < tile->x1; ++x) {
             const size_t i = (size_t)y * (size_t)g->width + (size_t)x;
             if (g->coverage[i] > 0.0f) trace_pixel(trace, x, y, i);

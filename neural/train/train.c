@@ -233,7 +233,7 @@ static enum pbnds_status guard_earlier_work(const struct trainer *t,
 static enum pbnds_status start_state(struct trainer *t, struct pbnds_error *error)
 {
     const struct pbnds_train_options *o = t->options;
-    t->state.best = INFINITY;
+    t->state.best = HUGE_VAL;
     PBNDS_TRY(write_recipe(t, error));
     pbnds_net_init(t->net, o->seed);
     if (o->init) PBNDS_TRY(start_from_weights(t, error));

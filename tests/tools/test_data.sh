@@ -79,7 +79,7 @@ import json, struct
 data = open("transport.safetensors", "rb").read()
 size = struct.unpack("<Q", data[:8])[0]
 header = json.loads(data[8:8 + size])
-header["__metadata__"]["pbnds.model"] = "pbnds+"
+header["__metadata__"].update({"pbnds.model": "pbnds+", "pbnds.version": "2"})
 def save(name, header, body):
     text = json.dumps(header).encode()
     text += b" " * (-len(text) % 8)
