@@ -260,13 +260,7 @@ static enum pbnds_status write_table(const struct comparison *c,
                                      .against = c->truth.name,
                                      .width = c->world.gbuffer.width,
                                      .height = c->world.gbuffer.height};
-    const char *json = c->options->json_file;
-    if (!json || strcmp(json, "-") != 0) tool_table_print(stdout, &table);
-    if (!json) return PBNDS_OK;
-    struct tool_text text;
-    PBNDS_TRY(tool_text_begin(&text, error));
-    tool_table_json(text.file, &table);
-    return tool_text_end(&text, json, error);
+    return tool_table_put(&table, c->options->json_file, error);
 }
 
 static enum pbnds_status compare_view(struct comparison *c, struct pbnds_error *error)

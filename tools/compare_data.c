@@ -166,13 +166,7 @@ static enum pbnds_status write_table(struct scorer *s, const char *split,
                                      .height = s->height,
                                      .split = split,
                                      .count = s->list.count};
-    const char *json = s->options->json_file;
-    if (!json || strcmp(json, "-") != 0) tool_table_print(stdout, &table);
-    if (!json) return PBNDS_OK;
-    struct tool_text text;
-    PBNDS_TRY(tool_text_begin(&text, error));
-    tool_table_json(text.file, &table);
-    return tool_text_end(&text, json, error);
+    return tool_table_put(&table, s->options->json_file, error);
 }
 
 static enum pbnds_status allocate(struct scorer *s, struct pbnds_error *error)

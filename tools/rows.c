@@ -130,3 +130,14 @@ void tool_table_json(FILE *file, const struct tool_table *table)
     }
     (void)fputs("\n]}\n", file);
 }
+
+enum pbnds_status tool_table_put(const struct tool_table *table, const char *json,
+                                 struct pbnds_error *error)
+{
+    if (!json || strcmp(json, "-") != 0) tool_table_print(stdout, table);
+    if (!json) return PBNDS_OK;
+    struct tool_text text;
+    PBNDS_TRY(tool_text_begin(&text, error));
+    tool_table_json(text.file, table);
+    return tool_text_end(&text, json, error);
+}

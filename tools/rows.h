@@ -46,5 +46,9 @@ void tool_row_summarize(struct tool_row *row, double *column[TOOL_COLUMN_COUNT],
                         int count);
 void tool_table_print(FILE *file, const struct tool_table *table);
 void tool_table_json(FILE *file, const struct tool_table *table);
+/** Prints the table, and writes it as JSON where `json` names a file; "-": JSON on stdout in
+ *  the table's place. */
+enum pbnds_status tool_table_put(const struct tool_table *table, const char *json,
+                                 struct pbnds_error *error) PBNDS_NODISCARD;
 
 #endif /* PBNDS_TOOLS_ROWS_H */

@@ -54,6 +54,7 @@ static enum pbnds_status run(const struct tool_options *options,
         .lambda_zero = options->lambda_zero,
         .seed = options->seed,
         .resume = options->resume,
+        .max_memory = (size_t)options->max_memory_mb << 20,
         .dtype = bf16 ? PBNDS_BF16 : PBNDS_F32,
     };
     const double start = tool_seconds();

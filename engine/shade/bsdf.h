@@ -41,7 +41,7 @@ struct pbnds_bsdf pbnds_bsdf_make(struct pbnds_vec3 n, struct pbnds_vec3 base_co
  *  albedo, so that the round trip through the contract is exact. */
 struct pbnds_bsdf pbnds_bsdf_from_gbuffer(const struct pbnds_gbuffer *gbuffer, size_t i);
 
-/** f(wo, wi) and its two parts (any may be NULL), without the cosine. */
+/** f(wo, wi), and its diffuse part alone; without the cosine. */
 struct pbnds_vec3 pbnds_bsdf_eval(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo,
                                   struct pbnds_vec3 wi);
 struct pbnds_vec3 pbnds_bsdf_diffuse(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo,

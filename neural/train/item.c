@@ -100,3 +100,13 @@ void pbnds_train_item_free(struct pbnds_train_item *item)
     free(item->march.thick);
     *item = (struct pbnds_train_item){0};
 }
+
+size_t pbnds_train_item_bytes(const struct pbnds_train_item *item)
+{
+    const size_t pixels = (size_t)item->view.width * (size_t)item->view.height;
+    const size_t floats = PBNDS_PLANE_COUNT + 1 + 3 + 3 + (item->specular ? 3 : 0);
+    const size_t words = 1 + (item->march.thin ? 2 : 0);
+    /* the light map with its chain of smaller ones and its sampling tables */
+    const size_t texels = PBNDS_DATASET_LIGHT_WIDTH * PBNDS_DATASET_LIGHT_WIDTH / 2;
+    return pixels * 4 * (floats + words) + texels * 4 * 6;
+}

@@ -11,6 +11,7 @@
 
 struct pbnds_train_item {
     bool loaded;
+    uint64_t used; /**< when it was drawn last; the trainer's count */
     struct pbnds_view view;
     struct pbnds_envmap *envmap;
     struct pbnds_env_light
@@ -33,6 +34,8 @@ enum pbnds_status pbnds_train_item_load(const char *folder, bool transport,
                                         struct pbnds_train_item *item,
                                         struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_train_item_free(struct pbnds_train_item *item);
+/** What it holds in memory, bytes, to a few per cent. */
+size_t pbnds_train_item_bytes(const struct pbnds_train_item *item);
 
 #ifdef __cplusplus
 }

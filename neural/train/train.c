@@ -37,6 +37,8 @@ struct trainer {
     struct pbnds_batch validation; /* one view at a time, same crop       */
     struct pbnds_sample_list train_list, val_list;
     struct pbnds_train_item *train_items, *val_items;
+    size_t item_bytes; /* of the items in memory */
+    uint64_t draws;    /* batches drawn: the age of an item */
     struct pbnds_checkpoint state;
     double started;           /* wall clock at which state.seconds began to count */
     double loss_sum, mse_sum; /* since the last row of the curve */
@@ -70,9 +72,11 @@ static enum pbnds_status choose_options(struct trainer *t, struct pbnds_error *e
     const struct pbnds_train_options *o = t->options;
     t->ops = find_task(o->model);
     if (!t->ops) {
-        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                          "%s: no such model; this version trains transport and pbnds+",
-                          o->model);
+        const bool planned =
+            strcmp(o->model, "pbnds") == 0 || strcmp(o->model, "nds") == 0;
+        return pbnds_fail(
+            error, planned ? PBNDS_ERROR_UNSUPPORTED : PBNDS_ERROR_ARGUMENT,
+            "%s: this version trains transport and pbnds+ only", o->model);
     }
     t->steps = o->steps > 0 ? o->steps : t->ops->steps;
     t->batch_size = o->batch > 0 ? o->batch : t->ops->batch;
@@ -125,14 +129,39 @@ static enum pbnds_status open_data(struct trainer *t, struct pbnds_error *error)
     return PBNDS_OK;
 }
 
-static enum pbnds_status item_at(const struct trainer *t,
+/* Makes room for one more sample: while those in memory exceed the budget, the one used
+ * longest ago goes. It is loaded again when it is drawn again, to the same numbers. */
+static void evict(struct trainer *t)
+{
+    while (t->options->max_memory > 0 && t->item_bytes > t->options->max_memory) {
+        struct pbnds_train_item *oldest = NULL;
+        for (int k = 0; k < t->train_list.count + t->val_list.count; ++k) {
+            struct pbnds_train_item *item =
+                k < t->train_list.count ? &t->train_items[k]
+                                        : &t->val_items[k - t->train_list.count];
+            if (item->loaded && item->used < t->draws &&
+                (!oldest || item->used < oldest->used)) {
+                oldest = item;
+            }
+        }
+        if (!oldest) return; /* what is left is the batch at hand */
+        t->item_bytes -= pbnds_train_item_bytes(oldest);
+        pbnds_train_item_free(oldest);
+    }
+}
+
+static enum pbnds_status item_at(struct trainer *t,
                                  const struct pbnds_sample_list *list,
                                  struct pbnds_train_item *items, int i,
                                  struct pbnds_error *error)
 {
-    if (items[i].loaded) return PBNDS_OK;
-    PBNDS_TRY(
-        pbnds_train_item_load(list->folders[i], t->ops->transport, &items[i], error));
+    if (!items[i].loaded) {
+        evict(t);
+        PBNDS_TRY(pbnds_train_item_load(list->folders[i], t->ops->transport, &items[i],
+                                        error));
+        t->item_bytes += pbnds_train_item_bytes(&items[i]);
+    }
+    items[i].used = t->draws;
     if (items[i].view.width < t->crop || items[i].view.height < t->crop) {
         return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
                           "%s: is %d x %d, smaller than the crop of %d; give --crop",
@@ -303,6 +332,7 @@ static enum pbnds_status draw_views(struct trainer *t, uint64_t step,
                                     struct pbnds_task_view *views,
                                     struct pbnds_error *error)
 {
+    ++t->draws;
     for (int b = 0; b < t->batch_size; ++b) {
         struct pbnds_rng rng = pbnds_rng_make(t->options->seed, step, (uint64_t)b);
         const int i = (int)(pbnds_rng_u64(&rng) % (uint64_t)t->train_list.count);
@@ -361,7 +391,9 @@ static enum pbnds_status validate(struct trainer *t, double *loss, double *mse,
     const int count =
         t->val_list.count < VALIDATION_VIEWS ? t->val_list.count : VALIDATION_VIEWS;
     *loss = *mse = 0.0;
+    int counted = 0;
     for (int i = 0; i < count; ++i) {
+        ++t->draws;
         PBNDS_TRY(item_at(t, &t->val_list, t->val_items, i, error));
         const struct pbnds_view *v = &t->val_items[i].view;
         const struct pbnds_task_view view = {
@@ -371,9 +403,13 @@ static enum pbnds_status validate(struct trainer *t, double *loss, double *mse,
             .key = pbnds_rng_make(t->options->seed, (uint64_t)i, 1u << 21).key};
         struct pbnds_task_loss one;
         PBNDS_TRY(pbnds_batch_run(&t->validation, &view, false, 0, &one, error));
-        *loss += one.total / count;
-        *mse += fmax(one.mse, 0.0) / count;
+        if (one.mse < 0.0) continue; /* the crop shows nothing */
+        *loss += one.total;
+        *mse += one.mse;
+        ++counted;
     }
+    *loss /= counted > 0 ? counted : 1;
+    *mse /= counted > 0 ? counted : 1;
     return PBNDS_OK;
 }
 

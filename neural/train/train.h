@@ -28,6 +28,7 @@ struct pbnds_train_options {
     uint64_t seed;
     bool resume; /**< go on from the checkpoint where there is one */
     enum pbnds_dtype dtype;
+    size_t max_memory; /**< bytes of samples to keep in memory; 0: all of them */
 };
 
 #ifdef __cplusplus

@@ -91,11 +91,11 @@ static double loss_of(struct setup *s, bool train)
 
 /* Slope of the loss along a random direction in the space of all parameters; without
  * dropout, whose masks belong to training. */
-static void check_gradient(const struct pbnds_task_ops *ops, int lights,
+static void check_gradient(const struct pbnds_task_ops *ops, int lights, int chunk,
                            double tolerance)
 {
     struct setup s;
-    start(&s, ops, lights, 2, 0);
+    start(&s, ops, lights, 2, chunk);
     pbnds_net_zero_grads(s.net);
     (void)loss_of(&s, true);
     const size_t count = pbnds_net_param_count(s.net);
@@ -133,13 +133,15 @@ static void check_gradient(const struct pbnds_task_ops *ops, int lights,
 static void transport_gradient_is_right(void **state)
 {
     (void)state;
-    check_gradient(&pbnds_task_transport, PBNDS_DATASET_LIGHTS, 0.03);
+    check_gradient(&pbnds_task_transport, PBNDS_DATASET_LIGHTS, 0, 0.03);
 }
 
 static void pbnds_plus_gradient_is_right(void **state)
 {
     (void)state;
-    check_gradient(&pbnds_task_pbnds_plus, 5, 0.03);
+    check_gradient(&pbnds_task_pbnds_plus, 5, 0, 0.03);
+    /* in chunks: the second forward must meet the dropout masks of the first */
+    check_gradient(&pbnds_task_pbnds_plus, 5, 2, 0.03);
 }
 
 static void chunks_give_the_same_gradient(void **state)

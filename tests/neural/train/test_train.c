@@ -201,6 +201,24 @@ static void divergence_keeps_the_last_checkpoint(void **state)
     fixture_remove("test_train_d.safetensors.csv");
 }
 
+/* With room for one sample at a time the numbers are the same. */
+static void memory_bounds_change_nothing(void **state)
+{
+    (void)state;
+    struct pbnds_train_options whole =
+        options_of("test_train_e.safetensors", "transport");
+    struct pbnds_train_options tight =
+        options_of("test_train_f.safetensors", "transport");
+    tight.max_memory = 1;
+    train(&whole);
+    train(&tight);
+    assert_true(fixture_same(whole.weights, tight.weights));
+    fixture_remove("test_train_e.safetensors");
+    fixture_remove("test_train_e.safetensors.csv");
+    fixture_remove("test_train_f.safetensors");
+    fixture_remove("test_train_f.safetensors.csv");
+}
+
 static void bad_requests_are_refused(void **state)
 {
     (void)state;
@@ -208,6 +226,8 @@ static void bad_requests_are_refused(void **state)
     struct pbnds_train_options options = options_of("x.safetensors", "no-such-model");
     assert_int_equal(pbnds_train(&options, NULL, &error), PBNDS_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "no-such-model"));
+    options.model = "nds";
+    assert_int_equal(pbnds_train(&options, NULL, &error), PBNDS_ERROR_UNSUPPORTED);
     options = options_of("x.safetensors", "transport");
     options.data = "test_train_nowhere";
     assert_int_equal(pbnds_train(&options, NULL, &error), PBNDS_ERROR_IO);
@@ -224,6 +244,7 @@ int main(void)
         cmocka_unit_test(earlier_work_is_kept),
         cmocka_unit_test(a_checkpoint_of_another_run_is_refused),
         cmocka_unit_test(divergence_keeps_the_last_checkpoint),
+        cmocka_unit_test(memory_bounds_change_nothing),
         cmocka_unit_test(bad_requests_are_refused),
     };
     return cmocka_run_group_tests_name("neural/train/train", tests, setup, teardown);
