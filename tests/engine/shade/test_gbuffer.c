@@ -19,7 +19,7 @@ cast(const struct fixture *f, const struct pbnds_camera *camera, int width, int 
 {
     struct pbnds_accel *accel = NULL;
     struct pbnds_error error;
-    struct pbnds_gbuffer g;
+    struct pbnds_gbuffer g = {0};
     if (pbnds_accel_create(&f->scene, &accel, &error) != PBNDS_OK ||
         pbnds_gbuffer_raycast(&f->scene, accel, camera, width, height, &g, &error) !=
             PBNDS_OK) {
