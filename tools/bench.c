@@ -41,7 +41,7 @@ static enum pbnds_status bench_gbuffer(const struct tool_world *world,
         const double start = tool_seconds();
         PBNDS_TRY(pbnds_gbuffer_raycast(&world->scene, world->accel,
                                         &world->gbuffer.camera, world->gbuffer.width,
-                                        world->gbuffer.height, &g, error));
+                                        world->gbuffer.height, NULL, &g, error));
         seconds[i] = tool_seconds() - start;
         pbnds_gbuffer_free(&g);
         PBNDS_TRY(tool_check_stop(error));

@@ -64,7 +64,7 @@ static enum pbnds_status describe_scene(const char *path, cJSON *facts,
                                         struct pbnds_error *error)
 {
     struct pbnds_scene scene;
-    PBNDS_TRY(pbnds_gltf_load(path, tool_report(), &scene, error));
+    PBNDS_TRY(pbnds_gltf_load(path, NULL, tool_report(), &scene, error));
     add_text(facts, "kind", "glTF scene");
     add_number(facts, "meshes", scene.mesh_count);
     add_number(facts, "triangles", (double)scene.triangle_count);

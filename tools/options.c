@@ -43,6 +43,7 @@ struct row {
 #define AT(member) offsetof(struct tool_options, member)
 #define EVERY      (~0u)
 #define CASTS      (TOOL_RENDER | TOOL_GBUFFER | TOOL_COMPARE)
+#define READS      (CASTS | TOOL_INFO | TOOL_CHECK)
 #define LIT        (TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE)
 #define SHADES     (TOOL_RENDER | TOOL_SHADE)
 #define MAKES      (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN)
@@ -59,7 +60,15 @@ static const struct row rows[] = {
     {"fov", KIND_DOUBLE, AT(fov), 1, 170, CASTS, GROUP_CAMERA, "DEG",
      "vertical field of view (default: the file's, or 40)", NULL},
     {"time", KIND_DOUBLE, AT(time), 0, 1e6, CASTS, GROUP_CAMERA, "SECONDS",
-     "pose of the animation; this version knows only 0, the pose in the file", NULL},
+     "poses the animation (default: the pose of the nodes)", NULL},
+    {"animation", KIND_STRING, AT(animation), 0, 0, CASTS, GROUP_CAMERA, "NAME|INDEX",
+     "which animation --time poses (default: the first)", NULL},
+    {"scene", KIND_STRING, AT(scene), 0, 0, READS, GROUP_CAMERA, "NAME|INDEX",
+     "which scene of the file (default: the one that it names)", NULL},
+    {"variant", KIND_STRING, AT(variant), 0, 0, READS, GROUP_CAMERA, "NAME|INDEX",
+     "which variant of the materials (KHR_materials_variants; default: none)", NULL},
+    {"allow-external", KIND_FLAG, AT(allow_external), 0, 0, READS, GROUP_CAMERA, NULL,
+     "let the scene open files outside of its folder", NULL},
 
     {"env", KIND_STRING, AT(env), 0, 0, LIT, GROUP_LIGHT, "FILE|none",
      "light map, .hdr or .exr, equirect (default: the sky that ships with the scenes)",
@@ -72,8 +81,7 @@ static const struct row rows[] = {
      "NAME", "which way the map's centre looks: gltf (default), openexr, falcor, pbnds",
      NULL},
     {"no-scene-lights", KIND_FLAG, AT(no_scene_lights), 0, 0, LIT, GROUP_LIGHT, NULL,
-     "leave out the lights of the file (this version reads none and warns of them)",
-     NULL},
+     "leave out the lights of the file (KHR_lights_punctual)", NULL},
 
     {"shader", KIND_STRING, AT(shader), 0, 0, SHADES, GROUP_SHADE, "NAME",
      "shading pass (default neural); the list is below", NULL},
@@ -84,6 +92,10 @@ static const struct row rows[] = {
      "what to compare with: the path tracer, or a picture of that size", NULL},
     {"spp", KIND_INT, AT(spp), 1, 1 << 20, LIT | TOOL_DATASET, GROUP_SHADE, "N",
      "samples a pixel of stochastic passes (default: each pass's own; data sets 64)",
+     NULL},
+    {"noise", KIND_DOUBLE, AT(noise), 0, 1, LIT, GROUP_SHADE, "X",
+     "reference: stop when the relative standard error of the picture is below X; "
+     "--spp is then the most",
      NULL},
     {"reference-spp", KIND_INT, AT(reference_spp), 1, 1 << 20, TOOL_COMPARE,
      GROUP_SHADE, "N", "samples a pixel of the reference alone (default: --spp)", NULL},
@@ -134,6 +146,25 @@ static const struct row rows[] = {
      "-o, where the result goes", NULL},
     {"size", KIND_SIZE, AT(size), 1, 16384, CASTS | TOOL_DATASET | TOOL_BENCH,
      GROUP_OUT, "WxH", "pixels (default 512x512; data sets 256x256)", NULL},
+    {"aov-samples", KIND_INT, AT(aov_samples), 1, 4096, CASTS, GROUP_OUT, "N",
+     "rays a pixel of the G-buffer (default 1, through the pixel's centre)", NULL},
+    {"aov-through", KIND_CHOICE, AT(aov_through), 0, 0, CASTS, GROUP_OUT, "first|alpha",
+     "transparent surfaces: the first that is at least half opaque (default), or all "
+     "weighed by alpha",
+     "first|alpha"},
+    {"normal-space", KIND_CHOICE, AT(normal_space), 0, 0, TOOL_RENDER | TOOL_GBUFFER,
+     GROUP_OUT, "camera|world", "of the normals in the file (default camera)",
+     "camera|world"},
+    {"depth", KIND_CHOICE, AT(depth), 0, 0, TOOL_RENDER | TOOL_GBUFFER, GROUP_OUT,
+     "planar|distance",
+     "of Z in the file: along the view axis (default), or to the eye",
+     "planar|distance"},
+    {"aovs", KIND_FLAG, AT(aovs), 0, 0, TOOL_RENDER | TOOL_GBUFFER, GROUP_OUT, NULL,
+     "write uv, ao and material_id too", NULL},
+    {"cryptomatte", KIND_FLAG, AT(cryptomatte), 0, 0, TOOL_RENDER | TOOL_GBUFFER,
+     GROUP_OUT, NULL, "write Cryptomatte of objects and materials", NULL},
+    {"motion", KIND_DOUBLE, AT(motion), 0, 1e6, TOOL_RENDER | TOOL_GBUFFER, GROUP_OUT,
+     "SECONDS", "write motion vectors since this long before --time", NULL},
     {"preview", KIND_STRING, AT(preview), 0, 0, SHADES, GROUP_OUT, "FILE.png",
      "writes the tone-mapped picture too", NULL},
     {"json", KIND_STRING, AT(json_file), 0, 0, TOOL_COMPARE, GROUP_OUT, "FILE",
@@ -381,6 +412,7 @@ static void set_defaults(struct tool_options *options, int argc, char **argv)
 {
     *options = (struct tool_options){
         .look = {30.0, 20.0},
+        .time = -1.0,
         .env_strength = 1.0,
         .shadows = -1,
         .background = 1,
@@ -416,11 +448,10 @@ static enum pbnds_status check_inputs(const struct tool_command *command,
                           "%s: -o is missing; usage: pbnds %s", command->name,
                           command->usage);
     }
-    if (options->time > 0.0) {
-        return pbnds_fail(
-            error, PBNDS_ERROR_UNSUPPORTED,
-            "--time %g: this version does not pose animations; leave it out",
-            options->time);
+    if (options->motion > 0.0 && options->time < 0.0) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                          "--motion: there is no motion without an animation; give "
+                          "--time SECONDS");
     }
     return PBNDS_OK;
 }

@@ -45,7 +45,11 @@ struct tool_options {
     const char *camera;
     double look[2]; /**< yaw, pitch, degrees */
     bool look_given;
-    double fov, time; /**< fov 0: not given */
+    double fov;  /**< 0: not given */
+    double time; /**< seconds; < 0: not given, the pose of the nodes */
+
+    const char *scene, *variant, *animation; /**< of the file, by name or index */
+    bool allow_external;
 
     const char *env;
     double env_yaw, env_strength;
@@ -55,6 +59,14 @@ struct tool_options {
     const char *shader, *shaders, *against;
     int size[2]; /**< 0, 0: not given */
     int spp, reference_spp, lights;
+    double noise;     /**< 0: not given */
+    int aov_samples;  /**< 0: not given, one ray through each pixel centre */
+    int aov_through;  /**< enum pbnds_through */
+    int normal_space; /**< enum pbnds_normal_space */
+    int depth;        /**< enum pbnds_depth_kind */
+    bool aovs;        /**< all optional channels */
+    bool cryptomatte;
+    double motion;  /**< seconds back in time, 0: no motion vectors */
     int shadows;    /**< -1: not given */
     int precision;  /**< enum tool_precision */
     int background; /**< 0 none, 1 the light map */

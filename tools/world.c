@@ -90,8 +90,40 @@ static enum pbnds_status pick_camera(const struct tool_options *options,
 static void note_origin(const struct tool_options *options, struct tool_world *world)
 {
     world->origin.seed = options->seed;
+    world->origin.normal_space = (enum pbnds_normal_space)options->normal_space;
+    world->origin.depth = (enum pbnds_depth_kind)options->depth;
     (void)snprintf(world->origin.arguments, sizeof world->origin.arguments, "%s",
                    options->arguments);
+}
+
+struct pbnds_gltf_options tool_gltf_options(const struct tool_options *options)
+{
+    return (struct pbnds_gltf_options){
+        .scene = options->scene,
+        .variant = options->variant,
+        .animation = options->animation,
+        .posed = options->time >= 0.0,
+        .time = options->time,
+        .motion = options->time >= 0.0 && options->motion > 0.0,
+        .earlier = options->time - options->motion,
+        .allow_external = options->allow_external,
+    };
+}
+
+/* The camera at the earlier time is the one of the same number. */
+static struct pbnds_raycast_options raycast_options(const struct tool_options *options)
+{
+    struct pbnds_raycast_options cast = {
+        .samples = options->aov_samples,
+        .through = (enum pbnds_through)options->aov_through,
+    };
+    if (options->aovs) {
+        cast.optional |=
+            PBNDS_OPTIONAL_AO | PBNDS_OPTIONAL_UV | PBNDS_OPTIONAL_MATERIAL_ID;
+    }
+    if (options->cryptomatte) cast.optional |= PBNDS_OPTIONAL_CRYPTOMATTE;
+    if (options->motion > 0.0) cast.optional |= PBNDS_OPTIONAL_MOTION;
+    return cast;
 }
 
 enum pbnds_status tool_world_scene(const struct tool_options *options, const char *path,
@@ -99,15 +131,18 @@ enum pbnds_status tool_world_scene(const struct tool_options *options, const cha
 {
     const int width = options->size[0] ? options->size[0] : DEFAULT_SIDE;
     const int height = options->size[1] ? options->size[1] : DEFAULT_SIDE;
-    PBNDS_TRY(pbnds_gltf_load(path, tool_report(), &world->scene, error));
+    const struct pbnds_gltf_options gltf = tool_gltf_options(options);
+    PBNDS_TRY(pbnds_gltf_load(path, &gltf, tool_report(), &world->scene, error));
     PBNDS_TRY(tool_check_stop(error));
+    if (options->no_scene_lights) world->scene.light_count = 0;
     struct pbnds_camera camera;
     PBNDS_TRY(pick_camera(options, &world->scene, path, (float)width / (float)height,
                           &camera, error));
     PBNDS_TRY(pbnds_accel_create(&world->scene, &world->accel, error));
     PBNDS_TRY(tool_check_stop(error));
+    const struct pbnds_raycast_options cast = raycast_options(options);
     PBNDS_TRY(pbnds_gbuffer_raycast(&world->scene, world->accel, &camera, width, height,
-                                    &world->gbuffer, error));
+                                    &cast, &world->gbuffer, error));
     note_origin(options, world);
     return tool_check_stop(error);
 }
@@ -181,6 +216,7 @@ struct pbnds_shade_job tool_world_job(const struct tool_options *options,
         .spp = options->spp,
         .lights = options->lights,
         .shadows = options->shadows,
+        .noise = (float)options->noise,
         .max_memory = (size_t)options->max_memory_mb << 20,
         .report = tool_report(),
     };

@@ -6,6 +6,7 @@
 #ifndef PBNDS_TOOLS_WORLD_H
 #define PBNDS_TOOLS_WORLD_H
 
+#include "engine/scene/gltf.h"
 #include "engine/shade/shader.h"
 #include "tools/options.h"
 
@@ -19,6 +20,8 @@ struct tool_world {
     struct pbnds_envmap *envmap; /**< NULL: no light */
 };
 
+/** What the command line says about reading a scene file. */
+struct pbnds_gltf_options tool_gltf_options(const struct tool_options *options);
 /** Loads the scene, picks the camera, casts the G-buffer. */
 enum pbnds_status tool_world_scene(const struct tool_options *options, const char *path,
                                    struct tool_world *world,

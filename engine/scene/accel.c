@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "engine/core/parallel.h"
+#include "engine/core/rng.h"
 
 /* Embree takes coordinates below 1.84e18 (FLT_LARGE, the root of the float range). */
 #define LARGEST_COORDINATE 1e18f
@@ -20,12 +21,14 @@ struct cutout {
     const struct pbnds_scene *scene;
     uint32_t mesh;
     float cutoff;
+    bool blend;
 };
 
 struct pbnds_accel {
     RTCDevice device;
     RTCScene scene;
     struct cutout *cutouts; /* one a mesh; only those of filtered meshes are used */
+    bool blends;            /* some BLEND surface is not solid */
     char fault[256];        /* Embree's own words on its first error */
     enum RTCError code;
 };
@@ -43,12 +46,13 @@ static bool usable(const struct pbnds_ray *ray)
            fabsf(ray->direction.z) <= LARGEST_COORDINATE;
 }
 
-static void fill_ray(struct RTCRay *out, const struct pbnds_ray *ray, float max_t)
+static void fill_ray(struct RTCRay *out, const struct pbnds_ray *ray, float min_t,
+                     float max_t)
 {
     out->org_x = ray->origin.x;
     out->org_y = ray->origin.y;
     out->org_z = ray->origin.z;
-    out->tnear = 0.0f;
+    out->tnear = min_t;
     out->dir_x = ray->direction.x;
     out->dir_y = ray->direction.y;
     out->dir_z = ray->direction.z;
@@ -87,19 +91,26 @@ static void fill_packet(struct RTCRay16 *out, int *valid, const struct pbnds_ray
 
 static const struct pbnds_hit miss = {INFINITY, 0.0f, 0.0f, UINT32_MAX, UINT32_MAX};
 
-void pbnds_accel_intersect(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
-                           struct pbnds_hit *hit)
+/* The context of our queries: what the alpha filter needs to know of the ray. */
+struct context {
+    struct RTCIntersectContext embree; /* first, so that the two can be cast */
+    const struct pbnds_query *query;   /* NULL: the plain rule */
+};
+
+void pbnds_accel_intersect_query(const struct pbnds_accel *accel,
+                                 const struct pbnds_ray *ray,
+                                 const struct pbnds_query *how, struct pbnds_hit *hit)
 {
     *hit = miss;
-    if (!usable(ray)) return;
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    if (!usable(ray) || !(how->max_t > how->min_t)) return;
+    struct context context = {.query = how};
+    rtcInitIntersectContext(&context.embree);
     struct RTCRayHit query;
-    fill_ray(&query.ray, ray, INFINITY);
+    fill_ray(&query.ray, ray, how->min_t, how->max_t);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.primID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(accel->scene, &context, &query);
+    rtcIntersect1(accel->scene, &context.embree, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
     hit->t = query.ray.tfar;
     hit->u = query.hit.u;
@@ -108,16 +119,36 @@ void pbnds_accel_intersect(const struct pbnds_accel *accel, const struct pbnds_r
     hit->triangle = query.hit.primID;
 }
 
+bool pbnds_accel_occluded_query(const struct pbnds_accel *accel,
+                                const struct pbnds_ray *ray,
+                                const struct pbnds_query *how)
+{
+    if (!usable(ray) || !(how->max_t > how->min_t)) return false;
+    struct context context = {.query = how};
+    rtcInitIntersectContext(&context.embree);
+    struct RTCRay query;
+    fill_ray(&query, ray, how->min_t, how->max_t);
+    rtcOccluded1(accel->scene, &context.embree, &query);
+    return query.tfar < 0.0f; /* Embree says so with -inf */
+}
+
+void pbnds_accel_intersect(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
+                           struct pbnds_hit *hit)
+{
+    const struct pbnds_query plain = {.max_t = INFINITY};
+    pbnds_accel_intersect_query(accel, ray, &plain, hit);
+}
+
 bool pbnds_accel_occluded(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
                           float max_t)
 {
-    if (!usable(ray) || !(max_t > 0.0f)) return false;
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    struct RTCRay query;
-    fill_ray(&query, ray, max_t);
-    rtcOccluded1(accel->scene, &context, &query);
-    return query.tfar < 0.0f; /* Embree says so with -inf */
+    const struct pbnds_query plain = {.max_t = max_t};
+    return pbnds_accel_occluded_query(accel, ray, &plain);
+}
+
+bool pbnds_accel_blends(const struct pbnds_accel *accel)
+{
+    return accel->blends;
 }
 
 void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
@@ -132,10 +163,10 @@ void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
         query.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
         query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(valid, accel->scene, &context, &query);
+    struct context context = {.query = NULL};
+    rtcInitIntersectContext(&context.embree);
+    context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, accel->scene, &context.embree, &query);
     for (int i = 0; i < count && i < PBNDS_PACKET; ++i) {
         if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
             hits[i] = miss;
@@ -159,13 +190,30 @@ void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,
     struct RTCRay16 query;
     int valid[PBNDS_PACKET] __attribute__((aligned(64)));
     fill_packet(&query, valid, rays, count, max_t);
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcOccluded16(valid, accel->scene, &context, &query);
+    struct context context = {.query = NULL};
+    rtcInitIntersectContext(&context.embree);
+    context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcOccluded16(valid, accel->scene, &context.embree, &query);
     for (int i = 0; i < count && i < PBNDS_PACKET; ++i) {
         occluded[i] = valid[i] && query.tfar[i] < 0.0f;
     }
+}
+
+/* A number in [0, 1) that depends on nothing but the ray's seed and the triangle. */
+static float chance(uint32_t seed, uint32_t mesh, uint32_t triangle)
+{
+    struct pbnds_rng rng = pbnds_rng_make(seed, mesh, triangle);
+    return pbnds_rng_float(&rng);
+}
+
+static bool stops(const struct cutout *cutout, const struct pbnds_query *query,
+                  const struct pbnds_hit *hit)
+{
+    const float alpha = pbnds_scene_alpha(cutout->scene, hit);
+    if (cutout->blend && query && query->stochastic)
+        return chance(query->seed, hit->mesh, hit->triangle) < alpha;
+    if (cutout->blend && query && query->blend_solid) return alpha > 0.0f;
+    return alpha >= cutout->cutoff;
 }
 
 /* Called for every candidate hit of a mesh with cut-outs; refuses the transparent ones.
@@ -178,6 +226,8 @@ static void alpha_filter(const struct RTCFilterFunctionNArguments *args)
     const float *u = (const float *)(const void *)args->hit + 3 * (size_t)args->N;
     const float *v = u + args->N;
     const unsigned *triangle = (const unsigned *)(const void *)(v + args->N);
+    const struct context *context = (const struct context *)(const void *)args->context;
+    const struct pbnds_query *query = context->query;
     for (unsigned i = 0; i < args->N; ++i) {
         if (!args->valid[i]) continue;
         struct pbnds_hit hit;
@@ -186,8 +236,7 @@ static void alpha_filter(const struct RTCFilterFunctionNArguments *args)
         hit.v = v[i];
         hit.mesh = cutout->mesh;
         hit.triangle = triangle[i];
-        if (!(pbnds_scene_alpha(cutout->scene, &hit) >= cutout->cutoff))
-            args->valid[i] = 0;
+        if (!stops(cutout, query, &hit)) args->valid[i] = 0;
     }
 }
 
@@ -269,7 +318,9 @@ static enum pbnds_status add_mesh(struct pbnds_accel *accel,
         cutout->scene = scene;
         cutout->mesh = id;
         cutout->cutoff = m->alpha_mode == PBNDS_ALPHA_MASK ? m->alpha_cutoff : 0.5f;
-        if (needs_filter(mesh, m, cutout->cutoff)) {
+        cutout->blend = m->alpha_mode == PBNDS_ALPHA_BLEND;
+        if (needs_filter(mesh, m, cutout->blend ? 1.0f : cutout->cutoff)) {
+            accel->blends = accel->blends || cutout->blend;
             rtcSetGeometryUserData(geometry, cutout);
             rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
             rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);

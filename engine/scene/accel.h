@@ -1,7 +1,13 @@
 /**
  * @file accel.h
  * The BVH: Embree 3 behind a small interface (accel.c is the only file that includes it).
- * Alpha MASK materials are cut out by an intersection filter. Queries are thread-safe.
+ * Queries are thread-safe.
+ *
+ * Transparency, decided by an intersection filter. A ray without a seed sees a MASK
+ * surface where alpha >= its cutoff and a BLEND surface where alpha >= 1/2, and nothing
+ * of them elsewhere. A stochastic ray sees a BLEND surface with probability alpha: the
+ * choice is a hash of (seed, mesh, triangle), so that the mean over seeds is the
+ * composite over all layers, in any order of traversal.
  */
 #ifndef PBNDS_ENGINE_SCENE_ACCEL_H
 #define PBNDS_ENGINE_SCENE_ACCEL_H
@@ -23,6 +29,27 @@ enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
                                      struct pbnds_accel **accel,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_accel_free(struct pbnds_accel *accel);
+
+/** Which part of a ray counts, and how it meets transparent surfaces. */
+struct pbnds_query {
+    float min_t,
+        max_t;        /**< hits lie in (min_t, max_t); max_t may be INFINITY         */
+    bool stochastic;  /**< BLEND by chance                                           */
+    bool blend_solid; /**< BLEND and MASK surfaces stop the ray wherever alpha > 0
+                             (MASK: >= cutoff); for callers that weigh layers themselves */
+    uint32_t seed;    /**< of a stochastic ray                                       */
+};
+
+/** Closest hit of the query; hit->mesh is UINT32_MAX on a miss. */
+void pbnds_accel_intersect_query(const struct pbnds_accel *accel,
+                                 const struct pbnds_ray *ray,
+                                 const struct pbnds_query *query,
+                                 struct pbnds_hit *hit);
+bool pbnds_accel_occluded_query(const struct pbnds_accel *accel,
+                                const struct pbnds_ray *ray,
+                                const struct pbnds_query *query);
+/** Has the scene any surface that a stochastic ray may pass through? */
+bool pbnds_accel_blends(const struct pbnds_accel *accel);
 
 /** Closest hit with t in (0, inf). hit->mesh is UINT32_MAX on a miss. */
 void pbnds_accel_intersect(const struct pbnds_accel *accel, const struct pbnds_ray *ray,

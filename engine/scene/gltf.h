@@ -12,15 +12,39 @@
 #include "engine/core/report.h"
 #include "engine/scene/scene.h"
 
+/** What to take of the file, and how far to trust it. Zeros are the defaults. */
+struct pbnds_gltf_options {
+    const char
+        *scene; /**< name or index; NULL: the file's default                     */
+    const char
+        *variant; /**< KHR_materials_variants, by name or index; NULL: none        */
+    const char
+        *animation; /**< name or index; NULL: the first                              */
+    bool posed;     /**< the animation poses the scene at `time`; else it is as the
+                                nodes say                                                   */
+    double time;    /**< seconds, clamped to the animation's range                   */
+    bool motion;    /**< also keep where everything was at `earlier` (posed only)    */
+    double earlier; /**< seconds                                                     */
+    bool allow_external; /**< files outside of the folder may be opened: absolute paths,
+                                .., links that lead out; schemes other than data: never     */
+    uint64_t
+        max_geometry; /**< bytes of all vertices and indices; 0: 8 GiB                 */
+    uint64_t
+        max_images; /**< bytes of all decoded images; 0: 8 GiB                       */
+};
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/** Loads the default scene. What is skipped (points, lines, unknown extensions that are
+/** Loads one scene of the file; options NULL: the defaults. What is skipped (points, lines, unknown extensions that are
  * not required, ...) is told through report->warn. `scene` is empty on failure. Errors:
  * IO (missing, unreadable), FORMAT (not glTF, truncated, index out of range, NaN
- *  vertex, damaged image), UNSUPPORTED (required extension), MEMORY. */
-enum pbnds_status pbnds_gltf_load(const char *path, const struct pbnds_report *report,
+ *  vertex, damaged image), UNSUPPORTED (required extension), ARGUMENT (no such scene,
+ *  variant or animation), MEMORY. */
+enum pbnds_status pbnds_gltf_load(const char *path,
+                                  const struct pbnds_gltf_options *options,
+                                  const struct pbnds_report *report,
                                   struct pbnds_scene *scene,
                                   struct pbnds_error *error) PBNDS_NODISCARD;
 
@@ -28,6 +52,7 @@ enum pbnds_status pbnds_gltf_load(const char *path, const struct pbnds_report *r
  * looked for below `folder`; NULL: none may be opened. */
 enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
                                          const char *name, const char *folder,
+                                         const struct pbnds_gltf_options *options,
                                          const struct pbnds_report *report,
                                          struct pbnds_scene *scene,
                                          struct pbnds_error *error) PBNDS_NODISCARD;

@@ -202,8 +202,10 @@ static struct pbnds_vec3 shading_normal(const struct pbnds_scene *scene,
 }
 
 void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit *hit,
-                         struct pbnds_vec3 wo, struct pbnds_surface *surface)
+                         struct pbnds_vec3 wo, float footprint,
+                         struct pbnds_surface *surface)
 {
+    (void)footprint;
     const struct triangle t = find_triangle(scene, hit);
     const struct pbnds_material *m = t.material;
 
@@ -227,7 +229,13 @@ void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit
     }
     surface->roughness = pbnds_clamp(surface->roughness, 0.0f, 1.0f);
     surface->metallic = pbnds_clamp(surface->metallic, 0.0f, 1.0f);
-    surface->dielectric_f0 = m->dielectric_f0;
+    surface->f0 = pbnds_scale(m->specular_color, m->ior_f0);
+    surface->f0 =
+        pbnds_vec3_make(fminf(surface->f0.x, 1.0f), fminf(surface->f0.y, 1.0f),
+                        fminf(surface->f0.z, 1.0f));
+    surface->f0 = pbnds_scale(surface->f0, m->specular);
+    surface->f90 = m->specular;
+    surface->occlusion = 1.0f;
 
     surface->emission = m->emissive;
     if (pbnds_max3(m->emissive) > 0.0f &&
@@ -237,6 +245,7 @@ void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit
     surface->uv =
         t.mesh->uv[0] ? mix2(&t, t.mesh->uv[0]) : (struct pbnds_vec2){0.0f, 0.0f};
     surface->object_id = t.mesh->object_id;
+    surface->material = t.mesh->material;
 }
 
 float pbnds_scene_alpha(const struct pbnds_scene *scene, const struct pbnds_hit *hit)

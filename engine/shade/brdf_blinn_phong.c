@@ -13,7 +13,7 @@ static float exponent_from_alpha(float alpha)
 
 float pbnds_blinn_phong_exponent(float roughness)
 {
-    return exponent_from_alpha(pbnds_ggx_from_gltf(BLACK, roughness).alpha);
+    return exponent_from_alpha(pbnds_ggx_from_gltf(BLACK, 1.0f, roughness).alpha);
 }
 
 struct pbnds_blinn_phong pbnds_blinn_phong_make(const struct pbnds_bsdf *bsdf)

@@ -13,17 +13,26 @@ static float unit(float x)
 }
 
 struct pbnds_bsdf pbnds_bsdf_make(struct pbnds_vec3 n, struct pbnds_vec3 base_color,
-                                  float metallic, float roughness, float dielectric_f0)
+                                  float metallic, float roughness, struct pbnds_vec3 f0,
+                                  float f90)
 {
     const struct pbnds_vec3 base =
         pbnds_vec3_make(unit(base_color.x), unit(base_color.y), unit(base_color.z));
     const float m = unit(metallic);
-    const struct pbnds_vec3 f0 = pbnds_lerp(pbnds_splat(unit(dielectric_f0)), base, m);
+    const struct pbnds_vec3 dielectric =
+        pbnds_vec3_make(unit(f0.x), unit(f0.y), unit(f0.z));
     struct pbnds_bsdf bsdf;
     bsdf.frame = pbnds_frame_from_normal(n);
     bsdf.c_diff = pbnds_scale(base, 1.0f - m);
-    bsdf.ggx = pbnds_ggx_from_gltf(f0, unit(roughness));
+    bsdf.ggx = pbnds_ggx_from_gltf(pbnds_lerp(dielectric, base, m),
+                                   unit(f90) + m * (1.0f - unit(f90)), unit(roughness));
     return bsdf;
+}
+
+struct pbnds_bsdf pbnds_bsdf_from_surface(const struct pbnds_surface *s)
+{
+    return pbnds_bsdf_make(s->n, s->base_color, s->metallic, s->roughness, s->f0,
+                           s->f90);
 }
 
 struct pbnds_bsdf pbnds_bsdf_from_gbuffer(const struct pbnds_gbuffer *gbuffer, size_t i)
@@ -35,10 +44,19 @@ struct pbnds_bsdf pbnds_bsdf_from_gbuffer(const struct pbnds_gbuffer *gbuffer, s
     const float metallic = gbuffer->metallic[i];
     /* specular = luminance(f0) = (1 - metallic) f0_d + metallic luminance(base), solved
      * for f0_d; a pure metal has no dielectric part to recover. */
-    const float dielectric = 1.0f - unit(metallic);
-    const float share = gbuffer->specular[i] - unit(metallic) * pbnds_luminance(base);
-    const float dielectric_f0 = dielectric > 0.0f ? share / dielectric : 0.0f;
-    return pbnds_bsdf_make(n, base, metallic, gbuffer->roughness[i], dielectric_f0);
+    const float m = unit(metallic), dielectric = 1.0f - m;
+    struct pbnds_vec3 f0 = {0.0f, 0.0f, 0.0f};
+    float f90 = 1.0f;
+    if (dielectric > 0.0f && gbuffer->f90) {
+        const struct pbnds_vec3 both = {gbuffer->f0[0][i], gbuffer->f0[1][i],
+                                        gbuffer->f0[2][i]};
+        f0 = pbnds_scale(pbnds_mad(both, base, -m), 1.0f / dielectric);
+        f90 = (gbuffer->f90[i] - m) / dielectric;
+    } else if (dielectric > 0.0f) {
+        const float share = gbuffer->specular[i] - m * pbnds_luminance(base);
+        f0 = pbnds_splat(share / dielectric);
+    }
+    return pbnds_bsdf_make(n, base, metallic, gbuffer->roughness[i], f0, f90);
 }
 
 /* (1 - F) c_diff / pi. The half vector bisects, so wo.h = sqrt((1 + wo.wi) / 2). */
@@ -47,7 +65,7 @@ static struct pbnds_vec3 diffuse_local(const struct pbnds_bsdf *bsdf,
 {
     if (wo.z <= 0.0f || wi.z <= 0.0f) return BLACK;
     const float cos_d = sqrtf(fmaxf(0.5f + 0.5f * pbnds_dot(wo, wi), 0.0f));
-    const struct pbnds_vec3 f = pbnds_schlick(bsdf->ggx.f0, cos_d);
+    const struct pbnds_vec3 f = pbnds_schlick(bsdf->ggx.f0, bsdf->ggx.f90, cos_d);
     const struct pbnds_vec3 kept = pbnds_sub(pbnds_splat(1.0f), f);
     return pbnds_scale(pbnds_mul(kept, bsdf->c_diff), 1.0f / PBNDS_PI);
 }
@@ -62,7 +80,8 @@ static struct pbnds_vec3 eval_local(const struct pbnds_bsdf *bsdf, struct pbnds_
  * reflects, about; neither is starved, because the estimate is only an estimate. */
 static float specular_share(const struct pbnds_bsdf *bsdf, float cos_o)
 {
-    const float specular = pbnds_luminance(pbnds_schlick(bsdf->ggx.f0, cos_o));
+    const float specular =
+        pbnds_luminance(pbnds_schlick(bsdf->ggx.f0, bsdf->ggx.f90, cos_o));
     const float diffuse = pbnds_luminance(bsdf->c_diff) * (1.0f - specular);
     if (diffuse <= 0.0f) return 1.0f;
     return pbnds_clamp(specular / (specular + diffuse), 0.1f, 0.9f);

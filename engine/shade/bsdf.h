@@ -35,22 +35,26 @@ struct pbnds_bsdf {
 extern "C" {
 #endif
 
+/** f0 and f90 are those of the non-metal part; see struct pbnds_surface. */
 struct pbnds_bsdf pbnds_bsdf_make(struct pbnds_vec3 n, struct pbnds_vec3 base_color,
-                                  float metallic, float roughness, float dielectric_f0);
+                                  float metallic, float roughness, struct pbnds_vec3 f0,
+                                  float f90);
+struct pbnds_bsdf pbnds_bsdf_from_surface(const struct pbnds_surface *surface);
 /** From pixel i = y * width + x: the dielectric f0 is recovered from specular, metallic and
  *  albedo, so that the round trip through the contract is exact. */
-struct pbnds_bsdf pbnds_bsdf_from_gbuffer(const struct pbnds_gbuffer *gbuffer, size_t i);
+struct pbnds_bsdf pbnds_bsdf_from_gbuffer(const struct pbnds_gbuffer *gbuffer,
+                                          size_t i);
 
 /** f(wo, wi), and its diffuse part alone; without the cosine. */
 struct pbnds_vec3 pbnds_bsdf_eval(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo,
                                   struct pbnds_vec3 wi);
-struct pbnds_vec3 pbnds_bsdf_diffuse(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo,
-                                     struct pbnds_vec3 wi);
+struct pbnds_vec3 pbnds_bsdf_diffuse(const struct pbnds_bsdf *bsdf,
+                                     struct pbnds_vec3 wo, struct pbnds_vec3 wi);
 float pbnds_bsdf_pdf(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo,
                      struct pbnds_vec3 wi);
 /** u_lobe, u1, u2 uniform in [0, 1). out->wi world. false: no energy, the path ends. */
-bool pbnds_bsdf_sample(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo, float u_lobe,
-                       float u1, float u2, struct pbnds_brdf_sample *out);
+bool pbnds_bsdf_sample(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo,
+                       float u_lobe, float u1, float u2, struct pbnds_brdf_sample *out);
 
 #ifdef __cplusplus
 }

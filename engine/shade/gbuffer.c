@@ -79,6 +79,7 @@ enum pbnds_status pbnds_gbuffer_init(struct pbnds_gbuffer *gbuffer, int width,
         gbuffer->depth[i] = INFINITY;
         gbuffer->object_id[i] = UINT32_MAX;
     }
+    gbuffer->samples = 1;
     gbuffer->camera.world_from_camera = pbnds_mat4_identity();
     return PBNDS_OK;
 }
@@ -111,9 +112,8 @@ static void store_hit(const struct raycast *job, size_t i, const struct pbnds_hi
 {
     struct pbnds_gbuffer *g = job->gbuffer;
     struct pbnds_surface s;
-    pbnds_scene_surface(job->scene, hit, pbnds_scale(direction, -1.0f), &s);
-    const struct pbnds_vec3 f0 =
-        pbnds_lerp(pbnds_splat(s.dielectric_f0), s.base_color, s.metallic);
+    pbnds_scene_surface(job->scene, hit, pbnds_scale(direction, -1.0f), 0.0f, &s);
+    const struct pbnds_vec3 f0 = pbnds_lerp(s.f0, s.base_color, s.metallic);
     store(g->albedo, i, s.base_color);
     store(g->normal, i, s.n);
     g->specular[i] = pbnds_luminance(f0);
@@ -164,14 +164,16 @@ static void cast_tile(void *context, size_t tile, int thread)
     }
 }
 
-enum pbnds_status pbnds_gbuffer_raycast(const struct pbnds_scene *scene,
-                                        const struct pbnds_accel *accel,
-                                        const struct pbnds_camera *camera, int width,
-                                        int height, struct pbnds_gbuffer *gbuffer,
-                                        struct pbnds_error *error)
+enum pbnds_status
+pbnds_gbuffer_raycast(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
+                      const struct pbnds_camera *camera, int width, int height,
+                      const struct pbnds_raycast_options *options,
+                      struct pbnds_gbuffer *gbuffer, struct pbnds_error *error)
 {
+    (void)options;
     PBNDS_TRY(allocate(gbuffer, width, height, error));
     gbuffer->camera = *camera;
+    gbuffer->samples = 1;
     struct raycast job = {
         .scene = scene,
         .accel = accel,

@@ -4,7 +4,13 @@
  * shading passes, files, and everyone who makes G-buffers elsewhere.
  *
  * Planar, row-major, row 0 on top. A pixel whose ray hit nothing has depth = +INFINITY,
- * coverage 0 and zeros elsewhere. In memory normals and positions are world space; files
+ * coverage 0 and zeros elsewhere.
+ *
+ * Point-sampled (samples = 1): the surface at the pixel centre, coverage 0 or 1.
+ * Anti-aliased (samples > 1): every channel c of a pixel is sum(w_i c_i) / sum(w_i) over
+ * the surfaces i that its samples met, with the same weights w_i for all channels and
+ * coverage = sum(w_i) / samples; directions are made unit again, ids are those of the
+ * greatest weight. In memory normals and positions are world space; files
  * hold camera-space normals by default and say so (attribute pbnds:normalSpace).
  */
 #ifndef PBNDS_ENGINE_SHADE_GBUFFER_H
@@ -31,58 +37,132 @@ enum pbnds_channel {
     PBNDS_CHANNEL_EMISSION = 1u << 7,
 };
 
+/** The transparency policy, the same for all channels. */
+enum pbnds_through {
+    PBNDS_THROUGH_FIRST, /**< the first surface with alpha >= 1/2 (MASK: its cutoff)       */
+    PBNDS_THROUGH_ALPHA, /**< every surface, weighed by its alpha times what those before
+                              it let through                                               */
+};
+
+struct pbnds_cryptomatte;
+
 struct pbnds_gbuffer {
     int width, height;
     struct pbnds_camera camera;
-    float *albedo[3];   /**< base colour, linear Rec. 709, [0, 1]                          */
-    float *normal[3];   /**< unit shading normal, world, faces the eye                     */
-    float *specular;    /**< reflectance at normal incidence, luminance of f0, [0, 1]      */
-    float *roughness;   /**< perceptual, [0, 1]; alpha = roughness^2                       */
-    float *metallic;    /**< [0, 1]                                                        */
-    float *depth;       /**< planar: distance along the view axis, metres; +inf: nothing   */
-    float *coverage;    /**< 1 where something was hit, else 0                             */
-    float *position[3]; /**< world, metres                                                 */
-    float *emission[3]; /**< radiance that the surface emits, linear Rec. 709              */
-    float *geometric_normal[3]; /**< unit face normal, world, faces the eye; not in files:
+    float *
+        albedo[3]; /**< base colour, linear Rec. 709, [0, 1]                          */
+    float *
+        normal[3]; /**< unit shading normal, world, faces the eye                     */
+    float
+        *specular; /**< reflectance at normal incidence, luminance of f0, [0, 1]      */
+    float *
+        roughness; /**< perceptual, [0, 1]; alpha = roughness^2                       */
+    float
+        *metallic; /**< [0, 1]                                                        */
+    float *depth;  /**< planar: distance along the view axis, metres; +inf: nothing   */
+    float
+        *coverage; /**< share of the pixel that something covers, [0, 1]              */
+    float *position
+        [3]; /**< world, metres                                                 */
+    float *emission
+        [3]; /**< radiance that the surface emits, linear Rec. 709              */
+    float
+        *geometric_normal[3]; /**< unit face normal, world, faces the eye; not in files:
                                      rebuilt from `normal` there                           */
-    uint32_t *object_id; /**< glTF node index; UINT32_MAX where nothing was hit            */
-    void *storage;       /**< the one allocation that all planes point into, owned         */
+    uint32_t
+        *object_id; /**< glTF node index; UINT32_MAX where nothing was hit            */
+
+    /* Optional planes: NULL unless asked for, or read from a file that has them. */
+    float
+        *f0[3]; /**< reflectance at normal incidence in colour; present where a material
+                        has KHR_materials_specular or specular-glossiness, since `specular`
+                        cannot tell then. `specular` is its luminance                      */
+    float
+        *f90; /**< with f0: reflectance at grazing incidence                          */
+    float
+        *ao; /**< of the occlusion maps, 1: open                                     */
+    float *uv
+        [2]; /**< TEXCOORD_0                                                         */
+    float *motion[2]; /**< pixels that the surface moved in the image since the earlier
+                           time, +x right, +y down                                         */
+    uint32_t
+        *material_id; /**< index of the glTF material; UINT32_MAX: nothing            */
+    struct pbnds_cryptomatte
+        *cryptomatte; /**< owned; NULL: none (cryptomatte.h)          */
+
+    int samples; /**< rays a pixel; 1: point-sampled                                       */
+    enum pbnds_through through;
+    void *
+        storage; /**< the one allocation that all planes point into, owned               */
+};
+
+/** Optional planes of a ray cast. f0 and f90 come by themselves. */
+enum pbnds_optional {
+    PBNDS_OPTIONAL_AO = 1u << 0,
+    PBNDS_OPTIONAL_UV = 1u << 1,
+    PBNDS_OPTIONAL_MOTION =
+        1u << 2, /**< the scene must have been loaded with motion       */
+    PBNDS_OPTIONAL_MATERIAL_ID = 1u << 3,
+    PBNDS_OPTIONAL_CRYPTOMATTE =
+        1u << 4, /**< object and material                          */
+};
+
+struct pbnds_raycast_options {
+    unsigned optional; /**< PBNDS_OPTIONAL_* bits                                  */
+    int samples;       /**< rays a pixel; 0 and 1: one, through its centre         */
+    enum pbnds_through
+        through; /**< what a BLEND surface does                              */
+    const struct pbnds_camera
+        *previous_camera; /**< NULL: the camera did not move          */
+};
+
+enum pbnds_normal_space { PBNDS_NORMAL_CAMERA, PBNDS_NORMAL_WORLD };
+enum pbnds_depth_kind {
+    PBNDS_DEPTH_PLANAR,   /**< along the view axis       */
+    PBNDS_DEPTH_DISTANCE, /**< from the eye to the point */
 };
 
 /** Where a file came from: its header attributes beside the camera. */
 struct pbnds_gbuffer_origin {
-    char env[256];       /**< light map file name, or ""                                   */
+    char env[256]; /**< light map file name, or ""                                   */
     float env_yaw_deg, env_strength;
     char env_convention[16];
     uint64_t seed;
-    char arguments[400]; /**< the command line                                             */
+    enum pbnds_normal_space
+        normal_space;            /**< of `normal` in the file                     */
+    enum pbnds_depth_kind depth; /**< of `Z` in the file                          */
+    char arguments
+        [400]; /**< the command line                                             */
 };
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum pbnds_status pbnds_gbuffer_init(struct pbnds_gbuffer *gbuffer, int width, int height,
+enum pbnds_status pbnds_gbuffer_init(struct pbnds_gbuffer *gbuffer, int width,
+                                     int height,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_gbuffer_free(struct pbnds_gbuffer *gbuffer);
 
-/** Casts one ray through each pixel centre, by packets in tiles, multi-threaded.
- *  Allocates the planes. Errors: MEMORY, INTERRUPTED. */
+/** Casts the primary rays, by packets in tiles, multi-threaded; options NULL: one ray
+ *  through each pixel centre, no optional plane. Allocates the planes.
+ *  Errors: ARGUMENT (motion of a scene that was loaded without), MEMORY, INTERRUPTED. */
 enum pbnds_status pbnds_gbuffer_raycast(const struct pbnds_scene *scene,
                                         const struct pbnds_accel *accel,
                                         const struct pbnds_camera *camera, int width,
-                                        int height, struct pbnds_gbuffer *gbuffer,
+                                        int height,
+                                        const struct pbnds_raycast_options *options,
+                                        struct pbnds_gbuffer *gbuffer,
                                         struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** Writes the contract's channels and attributes; `radiance` (3-channel, linear, or NULL)
  *  joins as R, G, B with A = coverage; `extra` are further channels (borrowed) such as a
  *  data set's targets. */
-enum pbnds_status pbnds_gbuffer_write(const char *path, const struct pbnds_gbuffer *gbuffer,
-                                      const struct pbnds_gbuffer_origin *origin,
-                                      const struct pbnds_image *radiance,
-                                      const struct pbnds_exr_channel *extra, int extra_count,
-                                      enum pbnds_exr_compression compression,
-                                      struct pbnds_error *error) PBNDS_NODISCARD;
+enum pbnds_status pbnds_gbuffer_write(
+    const char *path, const struct pbnds_gbuffer *gbuffer,
+    const struct pbnds_gbuffer_origin *origin, const struct pbnds_image *radiance,
+    const struct pbnds_exr_channel *extra, int extra_count,
+    enum pbnds_exr_compression compression, struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** Reads a G-buffer of ours. Required: albedo.*, normal.*, Z and roughness.R; the rest gets
  *  its default when absent (specular 0.04, metallic 0, coverage from Z, position from Z and
@@ -93,7 +173,8 @@ enum pbnds_status pbnds_gbuffer_write(const char *path, const struct pbnds_gbuff
  *  Errors: IO, FORMAT (the sentence names the missing channels; NaN), UNSUPPORTED. */
 enum pbnds_status pbnds_gbuffer_read(const char *path, struct pbnds_gbuffer *gbuffer,
                                      struct pbnds_gbuffer_origin *origin,
-                                     struct pbnds_image *radiance, struct pbnds_exr *exr,
+                                     struct pbnds_image *radiance,
+                                     struct pbnds_exr *exr,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** Unit vector from the pixel's surface to the eye, world. */

@@ -130,11 +130,10 @@ static void arrive(struct path *path, const struct pbnds_hit *hit, struct pbnds_
     struct vertex *vertex = &path->vertex;
     struct pbnds_surface surface;
     vertex->wo = pbnds_scale(wi, -1.0f);
-    pbnds_scene_surface(path->trace->job->scene, hit, vertex->wo, &surface);
+    pbnds_scene_surface(path->trace->job->scene, hit, vertex->wo, 0.0f, &surface);
     vertex->position = surface.position;
     vertex->ng = surface.ng;
-    vertex->bsdf = pbnds_bsdf_make(surface.n, surface.base_color, surface.metallic,
-                                   surface.roughness, surface.dielectric_f0);
+    vertex->bsdf = pbnds_bsdf_from_surface(&surface);
     ++path->bounce;
     add_light(path, pbnds_mul(path->throughput, surface.emission));
 }

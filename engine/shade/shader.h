@@ -18,15 +18,24 @@
 /** One shading job. Everything is borrowed and must not be changed by the shader. */
 struct pbnds_shade_job {
     const struct pbnds_gbuffer *gbuffer;
-    const struct pbnds_envmap *envmap; /**< NULL: no light from outside (black)            */
-    const struct pbnds_scene *scene;   /**< NULL for a G-buffer that came from a file      */
-    const struct pbnds_accel *accel;   /**< NULL with it                                   */
+    const struct pbnds_envmap
+        *envmap; /**< NULL: no light from outside (black)            */
+    const struct pbnds_scene
+        *scene; /**< NULL for a G-buffer that came from a file      */
+    const struct pbnds_accel
+        *accel; /**< NULL with it                                   */
     uint64_t seed;
-    int spp;           /**< samples a pixel for stochastic shaders; 0: the shader's default */
-    int lights;        /**< light directions for shaders that use a set; 0: their default   */
-    int shadows;       /**< ray-traced visibility: 1 on, 0 off, -1 the shader's default;
+    int spp;     /**< samples a pixel for stochastic shaders; 0: the shader's default */
+    int lights;  /**< light directions for shaders that use a set; 0: their default   */
+    int shadows; /**< ray-traced visibility: 1 on, 0 off, -1 the shader's default;
                             needs the scene, else off                                      */
-    size_t max_memory; /**< bytes of working memory to stay within where possible; 0: none  */
+    float noise; /**< reference: stop when the relative standard error of the picture
+                            is below this (pathtrace.h); 0: at spp                        */
+    struct pbnds_image
+        *variance; /**< reference: where to put the variance of the mean of
+                            each pixel and channel, allocated there; NULL: not wanted      */
+    size_t
+        max_memory; /**< bytes of working memory to stay within where possible; 0: none  */
     const struct pbnds_report *report; /**< or NULL */
 };
 
@@ -34,10 +43,12 @@ struct pbnds_shader;
 
 /** What a shading model supplies. One static const table a model. */
 struct pbnds_shader_ops {
-    const char *name;     /**< the word on the command line: "ggx", "neural"              */
-    unsigned channels;    /**< G-buffer channels it reads, PBNDS_CHANNEL_* bits           */
-    bool needs_scene;     /**< true: cannot shade a G-buffer without its scene            */
-    const char *about;    /**< one line for --help                                        */
+    const char *name; /**< the word on the command line: "ggx", "neural"              */
+    unsigned
+        channels;     /**< G-buffer channels it reads, PBNDS_CHANNEL_* bits           */
+    bool needs_scene; /**< true: cannot shade a G-buffer without its scene            */
+    const char
+        *about; /**< one line for --help                                        */
 
     /** Fills `radiance` (already width x height x 3, zeroed; W m^-2 sr^-1, linear Rec. 709)
      *  for every covered pixel; uncovered ones stay 0. Emission is included. Must not
@@ -46,7 +57,8 @@ struct pbnds_shader_ops {
     enum pbnds_status (*shade)(const struct pbnds_shader *self,
                                const struct pbnds_shade_job *job,
                                struct pbnds_image *radiance, struct pbnds_error *error);
-    void (*destroy)(struct pbnds_shader *self); /**< NULL when there is nothing to free   */
+    void (*destroy)(
+        struct pbnds_shader *self); /**< NULL when there is nothing to free   */
 };
 
 /** Base of every shading model: the first member of its own struct. */

@@ -68,7 +68,7 @@ struct pbnds_vec3 pbnds_paper_ggx(const struct pbnds_paper_material *m,
     const struct pbnds_vec3 h = half_vector(l, v);
     const struct pbnds_vec3 f0 =
         pbnds_add(pbnds_splat(0.04f * (1.0f - s)), pbnds_scale(m->albedo, s));
-    const struct pbnds_vec3 f = pbnds_schlick(f0, positive_dot(h, v));
+    const struct pbnds_vec3 f = pbnds_schlick(f0, 1.0f, positive_dot(h, v));
     const float k = (1.0f + r) * (1.0f + r) / 8.0f;
     const float vis =
         visibility(k, positive_dot(m->n, l)) * visibility(k, positive_dot(m->n, v));

@@ -86,7 +86,7 @@ static enum pbnds_status load_scene(struct maker *m, const struct pbnds_asset *a
     m->accel = NULL;
     pbnds_scene_free(&m->scene);
     m->loaded = -1;
-    PBNDS_TRY(pbnds_gltf_load(asset->path, NULL, &m->scene, error));
+    PBNDS_TRY(pbnds_gltf_load(asset->path, NULL, NULL, &m->scene, error));
     PBNDS_TRY(pbnds_accel_create(&m->scene, &m->accel, error));
     m->loaded = index;
     return PBNDS_OK;
@@ -98,8 +98,8 @@ static bool camera_is_good(const struct maker *m, const struct pbnds_camera *cam
                            int width, int height)
 {
     struct pbnds_gbuffer g;
-    if (pbnds_gbuffer_raycast(&m->scene, m->accel, camera, width, height, &g, NULL) !=
-        PBNDS_OK) {
+    if (pbnds_gbuffer_raycast(&m->scene, m->accel, camera, width, height, NULL, &g,
+                              NULL) != PBNDS_OK) {
         return false;
     }
     const struct pbnds_vec3 size = pbnds_sub(m->scene.hi, m->scene.lo);
@@ -295,7 +295,7 @@ static enum pbnds_status render_sample(struct maker *m, const struct draw *d,
         pbnds_envmap_create(light, PBNDS_ENV_GLTF, 0.0f, 1.0f, &env, error);
     if (status != PBNDS_OK) goto done;
     status = pbnds_gbuffer_raycast(&m->scene, m->accel, &d->camera, r->width, r->height,
-                                   &g, error);
+                                   NULL, &g, error);
     if (status != PBNDS_OK) goto done;
     const struct pbnds_shade_job job = {
         .gbuffer = &g,

@@ -27,7 +27,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct pbnds_scene scene;
     struct pbnds_error error;
-    if (pbnds_gltf_load_memory(data, size, "fuzz", NULL, NULL, &scene, &error) ==
+    if (pbnds_gltf_load_memory(data, size, "fuzz", NULL, NULL, NULL, &scene, &error) ==
         PBNDS_OK) {
         check(&scene);
     }

@@ -47,7 +47,7 @@ refuse 2 "no camera 'side'" "$PBNDS" gbuffer box.gltf -o a.exr --camera side
 refuse 2 "no camera '1'" "$PBNDS" gbuffer box.gltf -o a.exr --camera 1
 refuse 2 "has no camera" "$PBNDS" gbuffer no_camera.gltf -o a.exr --camera 0
 refuse 2 "one of them" "$PBNDS" gbuffer box.gltf -o a.exr --camera 0 --look 1,2
-refuse 4 "does not pose" "$PBNDS" gbuffer box.gltf -o a.exr --time 1.5
+refuse 2 "no motion" "$PBNDS" gbuffer box.gltf -o a.exr --motion 0.1
 refuse 2 "envs DIR is missing" "$PBNDS" dataset box.gltf -o d --count 3
 refuse 2 "count N is missing" "$PBNDS" dataset box.gltf -o d --envs envs
 refuse 2 "model is missing" "$PBNDS" train d -o w.safetensors

@@ -30,9 +30,9 @@ static inline void fixture_init(struct fixture *f)
     f->scene.images = f->images;
     for (int i = 0; i < FIXTURE_MAX; ++i) {
         struct pbnds_material *m = &f->materials[i];
+        *m = pbnds_material_default();
         m->base_color = (struct pbnds_vec4){0.5f, 0.5f, 0.5f, 1.0f};
-        m->roughness = 1.0f;
-        m->dielectric_f0 = 0.04f;
+        m->metallic = 0.0f;
         m->normal_scale = 1.0f;
         m->alpha_cutoff = 0.5f;
         m->base_color_texture.texture = -1;

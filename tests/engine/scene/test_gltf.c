@@ -109,7 +109,7 @@ static enum pbnds_status load(const char *json, const void *bin, size_t bin_size
     warnings[0] = 0;
     fault.message[0] = 0;
     const enum pbnds_status status =
-        pbnds_gltf_load_memory(glb, size, "test.glb", NULL, &ear, scene, &fault);
+        pbnds_gltf_load_memory(glb, size, "test.glb", NULL, NULL, &ear, scene, &fault);
     free(glb);
     if (status != PBNDS_OK) {
         assert_null(scene->meshes);
@@ -178,7 +178,7 @@ static void a_square_loads(void **state)
     assert_int_equal(s.material_count, 1);
     assert_int_equal(s.meshes[0].material, 0);
     assert_true(s.materials[0].metallic == 1.0f && s.materials[0].roughness == 1.0f);
-    assert_near((double)s.materials[0].dielectric_f0, 0.04, 1e-7);
+    assert_near((double)s.materials[0].ior_f0, 0.04, 1e-7);
     assert_string_equal(warnings, "");
     pbnds_scene_free(&s);
     pbnds_scene_free(&s);
@@ -665,7 +665,8 @@ static void materials_are_read(void **state)
     assert_near((double)m->base_color.w, 0.4, 1e-7);
     assert_near((double)m->metallic, 0.5, 0);
     assert_near((double)m->roughness, 0.25, 0);
-    assert_near((double)m->dielectric_f0, 0.5 / 9.0, 1e-7);
+    assert_near((double)m->ior_f0, 1.0 / 9.0, 1e-7);
+    assert_near((double)m->specular, 0.5, 0);
     assert_vec3(m->emissive, 8, 4, 0, 0);
     assert_int_equal(m->alpha_mode, PBNDS_ALPHA_MASK);
     assert_near((double)m->alpha_cutoff, 0.75, 0);
@@ -673,7 +674,7 @@ static void materials_are_read(void **state)
     assert_int_equal(m->normal_texture.texture, -1);
     assert_int_equal(m->base_color_texture.texcoord, 1);
     assert_int_equal(s.materials[2].alpha_mode, PBNDS_ALPHA_BLEND);
-    assert_near((double)s.materials[2].dielectric_f0, 1.0, 0);
+    assert_near((double)s.materials[2].ior_f0, 1.0, 0);
     assert_near((double)s.materials[3].roughness, 1.0, 0);
     /* Three of four textures are used, both images decoded once. */
     assert_int_equal(s.texture_count, 3);
@@ -925,7 +926,7 @@ static void truncation_at_every_byte_is_told(void **state)
         struct pbnds_scene s;
         memcpy(part, glb, n);
         const enum pbnds_status status =
-            pbnds_gltf_load_memory(part, n, "part.glb", NULL, NULL, &s, &fault);
+            pbnds_gltf_load_memory(part, n, "part.glb", NULL, NULL, NULL, &s, &fault);
         if (status != PBNDS_ERROR_FORMAT)
             fail_msg("%zu of %zu bytes: %d", n, size, status);
         free(part);
@@ -933,8 +934,8 @@ static void truncation_at_every_byte_is_told(void **state)
     /* The JSON alone, as .gltf, cut at every byte. */
     for (size_t n = 0; n + 1 < sizeof square_json; ++n) {
         struct pbnds_scene s;
-        const enum pbnds_status status =
-            pbnds_gltf_load_memory(square_json, n, "part.gltf", NULL, NULL, &s, &fault);
+        const enum pbnds_status status = pbnds_gltf_load_memory(
+            square_json, n, "part.gltf", NULL, NULL, NULL, &s, &fault);
         if (status != PBNDS_ERROR_FORMAT) fail_msg("%zu bytes of JSON: %d", n, status);
     }
     free(glb);
@@ -990,8 +991,8 @@ static void damage_at_every_byte_is_survived(void **state)
             const uint8_t kept = glb[i];
             struct pbnds_scene s;
             glb[i] = damage[k];
-            if (pbnds_gltf_load_memory(glb, size, "bad.glb", NULL, NULL, &s, &fault) ==
-                PBNDS_OK) {
+            if (pbnds_gltf_load_memory(glb, size, "bad.glb", NULL, NULL, NULL, &s,
+                                       &fault) == PBNDS_OK) {
                 assert_sound(&s);
                 ++loaded;
             } else {
@@ -1067,7 +1068,7 @@ static enum pbnds_status load_uri(const char *folder, const char *uri,
     char *json = edit(square_json, "{\"byteLength\":144}", buffer);
     write_file(path, json, strlen(json));
     free(json);
-    return pbnds_gltf_load(path, &ear, s, &fault);
+    return pbnds_gltf_load(path, NULL, &ear, s, &fault);
 }
 
 static void uris_stay_below_the_folder(void **state)
@@ -1151,16 +1152,17 @@ static void a_file_needs_no_folder(void **state)
     uint8_t *glb = make_glb(square_json, &square, sizeof square, &size);
     write_file("square.glb", glb, size);
     free(glb);
-    assert_int_equal(pbnds_gltf_load("square.glb", NULL, &s, NULL), PBNDS_OK);
+    assert_int_equal(pbnds_gltf_load("square.glb", NULL, NULL, &s, NULL), PBNDS_OK);
     pbnds_scene_free(&s);
-    assert_int_equal(pbnds_gltf_load("no-such.glb", NULL, &s, &fault), PBNDS_ERROR_IO);
+    assert_int_equal(pbnds_gltf_load("no-such.glb", NULL, NULL, &s, &fault),
+                     PBNDS_ERROR_IO);
     assert_non_null(strstr(fault.message, "no-such.glb"));
-    assert_int_equal(pbnds_gltf_load(".", NULL, &s, &fault), PBNDS_ERROR_IO);
+    assert_int_equal(pbnds_gltf_load(".", NULL, NULL, &s, &fault), PBNDS_ERROR_IO);
     write_file("empty.glb", "", 0);
-    assert_int_equal(pbnds_gltf_load("empty.glb", NULL, &s, &fault),
+    assert_int_equal(pbnds_gltf_load("empty.glb", NULL, NULL, &s, &fault),
                      PBNDS_ERROR_FORMAT);
     write_file("magic.glb", "GLTF\2\0\0\0\24\0\0\0\0\0\0\0JSON", 20);
-    assert_int_equal(pbnds_gltf_load("magic.glb", NULL, &s, &fault),
+    assert_int_equal(pbnds_gltf_load("magic.glb", NULL, NULL, &s, &fault),
                      PBNDS_ERROR_FORMAT);
 }
 
@@ -1174,15 +1176,15 @@ static void other_chunks_are_passed_over(void **state)
     memcpy(more, glb, size);
     memcpy(more + size, "\4\0\0\0XTRAabcdtail....", 20);
     put_u32(more + 8, size + 12); /* a third chunk, and bytes after the end */
-    assert_int_equal(
-        pbnds_gltf_load_memory(more, size + 20, "more.glb", NULL, NULL, &s, &fault),
-        PBNDS_OK);
+    assert_int_equal(pbnds_gltf_load_memory(more, size + 20, "more.glb", NULL, NULL,
+                                            NULL, &s, &fault),
+                     PBNDS_OK);
     assert_int_equal(s.triangle_count, 2);
     pbnds_scene_free(&s);
     /* A BIN chunk that claims more than there is, in a header that claims no more. */
     put_u32(glb + size - sizeof square - 8, sizeof square + 4);
     assert_int_equal(
-        pbnds_gltf_load_memory(glb, size, "chunk.glb", NULL, NULL, &s, &fault),
+        pbnds_gltf_load_memory(glb, size, "chunk.glb", NULL, NULL, NULL, &s, &fault),
         PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(fault.message, "chunk 1"));
     free(glb);
@@ -1209,7 +1211,7 @@ static int try_file(const char *path, const struct stat *info, int type,
         return 0;
     struct pbnds_scene s;
     warnings[0] = 0;
-    const enum pbnds_status status = pbnds_gltf_load(path, &ear, &s, &fault);
+    const enum pbnds_status status = pbnds_gltf_load(path, NULL, &ear, &s, &fault);
     ++files_seen;
     if (status == PBNDS_OK) {
         ++files_loaded;
@@ -1266,7 +1268,7 @@ static void known_models_have_known_counts(void **state)
         struct pbnds_scene s;
         (void)snprintf(path, sizeof path, "%s/models/objects/%s", PBNDS_SHARED_DATA,
                        cases[i].path);
-        assert_int_equal(pbnds_gltf_load(path, NULL, &s, &fault), PBNDS_OK);
+        assert_int_equal(pbnds_gltf_load(path, NULL, NULL, &s, &fault), PBNDS_OK);
         assert_int_equal(s.triangle_count, cases[i].triangles);
         assert_int_equal(s.mesh_count, cases[i].meshes);
         assert_int_equal(s.camera_count, cases[i].cameras);
@@ -1284,7 +1286,7 @@ static void tangents_agree_with_a_baked_model(void **state)
     if (access(PBNDS_SHARED_DATA "/models/objects/Avocado", R_OK) != 0) skip();
     assert_int_equal(pbnds_gltf_load(PBNDS_SHARED_DATA
                                      "/models/objects/Avocado/Avocado.gltf",
-                                     NULL, &s, &fault),
+                                     NULL, NULL, &s, &fault),
                      PBNDS_OK);
     struct pbnds_mesh *m = &s.meshes[0];
     struct pbnds_vec4 *baked = m->tangent;

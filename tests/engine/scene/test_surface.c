@@ -60,7 +60,7 @@ static struct pbnds_surface look(const struct square *s, uint32_t triangle, floa
     const struct pbnds_hit hit = {1.0f, u, v, 0, triangle};
     struct pbnds_surface surface;
     memset(&surface, 0xff, sizeof surface);
-    pbnds_scene_surface(&s->f.scene, &hit, wo, &surface);
+    pbnds_scene_surface(&s->f.scene, &hit, wo, 0.0f, &surface);
     return surface;
 }
 
@@ -87,7 +87,7 @@ static void attributes_are_interpolated(void **state)
     assert_vec(q.base_color, 0.8 * red, 0.5, 0.5, 1e-6);
     assert_int_equal(q.object_id, 10);
     assert_near(q.alpha, 1.0, 0.0);
-    assert_near(q.dielectric_f0, 0.04, 1e-7);
+    assert_near(q.f0.x, 0.04, 1e-7);
     /* The second triangle has other corners. */
     assert_vec(look(&s, 1, 0.0f, 1.0f, up_z).position, 0.0, 1.0, 0.0, 1e-6);
 }

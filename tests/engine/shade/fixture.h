@@ -33,13 +33,10 @@ static inline void *must_alloc(size_t count, size_t size)
  * but for the grazing Fresnel rise). */
 static inline struct pbnds_material matte(float albedo)
 {
-    struct pbnds_material m;
-    memset(&m, 0, sizeof m);
+    struct pbnds_material m = pbnds_material_default();
     m.base_color = (struct pbnds_vec4){albedo, albedo, albedo, 1.0f};
-    m.roughness = 1.0f;
-    m.normal_scale = 1.0f;
-    m.base_color_texture.texture = m.metallic_roughness_texture.texture = -1;
-    m.normal_texture.texture = m.emissive_texture.texture = -1;
+    m.metallic = 0.0f;
+    m.ior_f0 = 0.0f;
     return m;
 }
 
@@ -168,8 +165,8 @@ static inline void fixture_view(struct fixture *f, struct pbnds_vec3 eye,
             : pbnds_vec3_make(0.0f, 1.0f, 0.0f);
     camera.world_from_camera = pbnds_mat4_look_at(eye, target, up);
     camera.yfov = 40.0f * PBNDS_PI / 180.0f;
-    must(pbnds_gbuffer_raycast(&f->scene, f->accel, &camera, width, height, &f->gbuffer,
-                               &error),
+    must(pbnds_gbuffer_raycast(&f->scene, f->accel, &camera, width, height, NULL,
+                               &f->gbuffer, &error),
          &error);
     f->job.gbuffer = &f->gbuffer;
 }

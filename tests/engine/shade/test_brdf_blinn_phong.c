@@ -34,7 +34,8 @@ static struct lobe lobe_of(const struct pbnds_blinn_phong *b)
 static struct pbnds_blinn_phong make(float metallic, float roughness, float f0)
 {
     const struct pbnds_vec3 n = pbnds_normalize(pbnds_vec3_make(-0.3f, 0.8f, 0.2f));
-    const struct pbnds_bsdf bsdf = pbnds_bsdf_make(n, WHITE, metallic, roughness, f0);
+    const struct pbnds_bsdf bsdf =
+        pbnds_bsdf_make(n, WHITE, metallic, roughness, pbnds_splat(f0), 1.0f);
     return pbnds_blinn_phong_make(&bsdf);
 }
 

@@ -41,7 +41,8 @@ static struct lobe lobe_of(const struct pbnds_bsdf *bsdf)
 static struct pbnds_bsdf make(float metallic, float roughness, float dielectric_f0)
 {
     const struct pbnds_vec3 n = pbnds_normalize(pbnds_vec3_make(0.3f, -0.5f, -0.7f));
-    return pbnds_bsdf_make(n, WHITE, metallic, roughness, dielectric_f0);
+    return pbnds_bsdf_make(n, WHITE, metallic, roughness, pbnds_splat(dielectric_f0),
+                           1.0f);
 }
 
 /* Seen along the normal, wo.h = cos(theta / 2), so the diffuse albedo is the integral
@@ -196,13 +197,18 @@ static void parameters_are_kept_in_range(void **state)
     (void)state;
     const struct pbnds_vec3 n = {0.0f, 1.0f, 0.0f};
     const struct pbnds_vec3 wild = {-1.0f, 2.0f, NAN};
-    const struct pbnds_bsdf b = pbnds_bsdf_make(n, wild, 0.0f, NAN, 0.04f);
+    const struct pbnds_bsdf b =
+        pbnds_bsdf_make(n, wild, 0.0f, NAN, pbnds_splat(0.04f), 1.0f);
     assert_near(b.c_diff.x, 0.0, 0.0);
     assert_near(b.c_diff.y, 1.0, 0.0);
     assert_near(b.c_diff.z, 0.0, 0.0);
     assert_near(b.ggx.alpha, PBNDS_GGX_ALPHA_MIN, 0.0);
-    assert_near(pbnds_bsdf_make(n, WHITE, 0.0f, 7.0f, 0.04f).ggx.alpha, 1.0, 0.0);
-    assert_near(pbnds_bsdf_make(n, WHITE, 9.0f, 1.0f, 0.04f).c_diff.y, 0.0, 0.0);
+    assert_near(
+        pbnds_bsdf_make(n, WHITE, 0.0f, 7.0f, pbnds_splat(0.04f), 1.0f).ggx.alpha, 1.0,
+        0.0);
+    assert_near(
+        pbnds_bsdf_make(n, WHITE, 9.0f, 1.0f, pbnds_splat(0.04f), 1.0f).c_diff.y, 0.0,
+        0.0);
 }
 
 static void the_gbuffer_round_trip_is_exact(void **state)
@@ -217,7 +223,8 @@ static void the_gbuffer_round_trip_is_exact(void **state)
             const struct pbnds_vec3 n =
                 pbnds_normalize(pbnds_vec3_make(0.2f, 0.9f, -0.4f));
             const struct pbnds_vec3 base = {0.9f, 0.5f, 0.1f};
-            const struct pbnds_bsdf b = pbnds_bsdf_make(n, base, metallic, 0.6f, f0);
+            const struct pbnds_bsdf b =
+                pbnds_bsdf_make(n, base, metallic, 0.6f, pbnds_splat(f0), 1.0f);
             g.normal[0][i] = n.x, g.normal[1][i] = n.y, g.normal[2][i] = n.z;
             g.albedo[0][i] = base.x, g.albedo[1][i] = base.y, g.albedo[2][i] = base.z;
             g.metallic[i] = metallic;

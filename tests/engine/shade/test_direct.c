@@ -20,7 +20,7 @@ static struct pbnds_material glossy(float metallic, float roughness)
     m.base_color.z = 0.3f;
     m.metallic = metallic;
     m.roughness = roughness;
-    m.dielectric_f0 = 0.04f;
+    m.ior_f0 = 0.04f;
     return m;
 }
 

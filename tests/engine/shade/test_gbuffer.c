@@ -21,8 +21,8 @@ cast(const struct fixture *f, const struct pbnds_camera *camera, int width, int 
     struct pbnds_error error;
     struct pbnds_gbuffer g = {0};
     if (pbnds_accel_create(&f->scene, &accel, &error) != PBNDS_OK ||
-        pbnds_gbuffer_raycast(&f->scene, accel, camera, width, height, &g, &error) !=
-            PBNDS_OK) {
+        pbnds_gbuffer_raycast(&f->scene, accel, camera, width, height, NULL, &g,
+                              &error) != PBNDS_OK) {
         fail_msg("%s", error.message);
     }
     pbnds_accel_free(accel);
@@ -130,7 +130,7 @@ static void material_planes(void **state)
     m->base_color = (struct pbnds_vec4){0.9f, 0.6f, 0.3f, 1.0f};
     m->metallic = 0.25f;
     m->roughness = 0.7f;
-    m->dielectric_f0 = 0.08f;
+    m->ior_f0 = 0.08f;
     m->emissive = pbnds_vec3_make(1.0f, 200.0f, 3.0f);
     const struct pbnds_camera c =
         camera_at(pbnds_vec3_make(0, 0, 0), pbnds_vec3_make(0, 0, -1), 60.0f);
@@ -343,8 +343,9 @@ static void a_stop_leaves_nothing(void **state)
     struct pbnds_error error;
     assert_int_equal(pbnds_accel_create(&f.scene, &accel, &error), PBNDS_OK);
     pbnds_request_stop();
-    assert_int_equal(pbnds_gbuffer_raycast(&f.scene, accel, &c, 64, 64, &g, &error),
-                     PBNDS_ERROR_INTERRUPTED);
+    assert_int_equal(
+        pbnds_gbuffer_raycast(&f.scene, accel, &c, 64, 64, NULL, &g, &error),
+        PBNDS_ERROR_INTERRUPTED);
     assert_null(g.storage);
     pbnds_accel_free(accel);
 }

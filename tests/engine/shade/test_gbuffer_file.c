@@ -94,6 +94,8 @@ static void round_trip(void **state)
                                           0.75f,
                                           "openexr",
                                           18446744073709551615u,
+                                          PBNDS_NORMAL_CAMERA,
+                                          PBNDS_DEPTH_PLANAR,
                                           "pbnds gbuffer head.glb -o x.exr"};
     struct pbnds_image radiance;
     struct pbnds_error error;

@@ -56,7 +56,7 @@ static void ball(struct fixture *f, float metallic, float roughness)
     m.base_color.y = 0.4f;
     m.metallic = metallic;
     m.roughness = roughness;
-    m.dielectric_f0 = 0.04f;
+    m.ior_f0 = 0.04f;
     m.emissive.z = 0.05f;
     const struct pbnds_mesh mesh = sphere(pbnds_splat(0.0f), 1.0f, 12, 0);
     fixture_scene(f, &mesh, 1, &m, 1);

@@ -44,7 +44,7 @@ static void a_cube_in_a_furnace_shows_its_albedo(void **state)
     struct fixture f;
     struct pbnds_material m = matte(1.0f);
     m.roughness = 0.6f;
-    m.dielectric_f0 = 0.04f;
+    m.ior_f0 = 0.04f;
     const struct pbnds_mesh mesh = cube(1.0f, 0);
     fixture_scene(&f, &mesh, 1, &m, 1);
     fixture_light(&f, 8, light_white);
@@ -133,9 +133,8 @@ static struct pbnds_vec3 naive(const struct fixture *f, const struct pbnds_bsdf 
     } else if (depth > 0) {
         struct pbnds_surface s;
         const struct pbnds_vec3 back = pbnds_scale(wi, -1.0f);
-        pbnds_scene_surface(&f->scene, &hit, back, &s);
-        const struct pbnds_bsdf next = pbnds_bsdf_make(s.n, s.base_color, s.metallic,
-                                                       s.roughness, s.dielectric_f0);
+        pbnds_scene_surface(&f->scene, &hit, back, 0.0f, &s);
+        const struct pbnds_bsdf next = pbnds_bsdf_from_surface(&s);
         light = pbnds_add(s.emission,
                           naive(f, &next, s.position, s.ng, back, depth - 1, rng));
     }
@@ -148,7 +147,7 @@ static struct pbnds_vec3 naive(const struct fixture *f, const struct pbnds_bsdf 
 static void still_life(struct fixture *f, int width, int height)
 {
     struct pbnds_material m[4] = {matte(0.7f), matte(0.6f), matte(0.9f), matte(0.2f)};
-    m[0].dielectric_f0 = m[1].dielectric_f0 = 0.04f;
+    m[0].ior_f0 = m[1].ior_f0 = 0.04f;
     m[1].roughness = 0.5f;
     m[1].base_color.y = 0.2f;
     m[2].metallic = 1.0f;

@@ -1,7 +1,7 @@
 /**
- * @file gltf_load.h
- * What the files of the glTF loader share: gltf.c (nodes, cameras), gltf_access.c
- * (typed reads), gltf_mesh.c (primitives), gltf_material.c (materials, textures).
+ * @file load.h
+ * What the files of the glTF loader share: load.c (nodes, cameras), gltf/access.c
+ * (typed reads), gltf/mesh.c (primitives), gltf/material.c (materials, textures).
  * Private.
  */
 #ifndef PBNDS_ENGINE_SCENE_GLTF_LOAD_H
@@ -9,8 +9,9 @@
 
 #include "engine/core/mat4.h"
 #include "engine/core/report.h"
-#include "engine/scene/gltf_shim.h"
-#include "engine/scene/gltf_source.h"
+#include "engine/scene/gltf.h"
+#include "engine/scene/gltf/shim.h"
+#include "engine/scene/gltf/source.h"
 #include "engine/scene/scene.h"
 
 /** What all geometry of a scene may take. */
@@ -21,6 +22,7 @@ struct pbnds_gltf_load_state {
     const char *name;
     const struct pbnds_report *report;
     struct pbnds_error *error;
+    const struct pbnds_gltf_options *options; /**< never NULL */
     struct pbnds_gltf_source source;
     struct pbnds_gltf_document doc;
     struct pbnds_scene *scene;

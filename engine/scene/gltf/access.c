@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "engine/scene/gltf_load.h"
+#include "engine/scene/gltf/load.h"
 
 /** A strided range of a buffer whose every element has been checked to exist. */
 struct range {

@@ -1,5 +1,5 @@
 /**
- * @file gltf_source.h
+ * @file source.h
  * The bytes of a glTF file: container, JSON text, and the payloads that its URIs and
  * its BIN chunk hold. Private to the loader.
  */

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "engine/core/parallel.h"
-#include "engine/scene/gltf_load.h"
+#include "engine/scene/gltf/load.h"
 
 /* Textures and images of the file are numbered anew: only those that a material samples
  * are decoded and kept. */
@@ -65,7 +65,7 @@ static struct pbnds_texture_ref make_ref(struct pbnds_gltf_load_state *g,
                                          struct remap *map,
                                          const struct pbnds_gltf_texture_info *info)
 {
-    struct pbnds_texture_ref ref = {-1, 0};
+    struct pbnds_texture_ref ref = {.texture = -1};
     if (info->index >= 0 && (info->texcoord < 0 || info->texcoord > 1)) {
         pbnds_warn(
             g->report,
@@ -80,28 +80,10 @@ static struct pbnds_texture_ref make_ref(struct pbnds_gltf_load_state *g,
 
 /** Reflectance at normal incidence. KHR_materials_ior: an ior of 0 stands for infinity.
  */
-static float dielectric_f0(double ior, double specular)
+static float ior_f0(double ior)
 {
     const double r = ior > 0.0 ? (ior - 1.0) / (ior + 1.0) : 1.0;
-    return unit(r * r * (double)unit(specular));
-}
-
-static struct pbnds_material default_material(void)
-{
-    struct pbnds_material m = {
-        .base_color = {1, 1, 1, 1},
-        .metallic = 1,
-        .roughness = 1,
-        .dielectric_f0 = dielectric_f0(1.5, 1.0),
-        .normal_scale = 1,
-        .alpha_cutoff = 0.5f,
-        .base_color_texture = {-1, 0},
-        .metallic_roughness_texture = {-1, 0},
-        .normal_texture = {-1, 0},
-        .emissive_texture = {-1, 0},
-    };
-    pbnds_gltf_name(m.name, "default", "material", 0);
-    return m;
+    return unit(r * r);
 }
 
 static enum pbnds_status convert_factors(struct pbnds_gltf_load_state *g, size_t index,
@@ -113,7 +95,8 @@ static enum pbnds_status convert_factors(struct pbnds_gltf_load_state *g, size_t
                                         unit(s->base_color[2]), unit(s->base_color[3])};
     m->metallic = unit(s->metallic);
     m->roughness = unit(s->roughness);
-    m->dielectric_f0 = dielectric_f0(s->ior, s->specular);
+    m->ior_f0 = ior_f0(s->ior);
+    m->specular = unit(s->specular);
     float emissive[3];
     for (int i = 0; i < 3; ++i) {
         const double e = s->emissive[i] * s->emissive_strength;
@@ -148,7 +131,7 @@ static enum pbnds_status convert_material(struct pbnds_gltf_load_state *g,
                                           struct pbnds_material *m)
 {
     const struct pbnds_gltf_material *s = &g->doc.materials[index];
-    *m = default_material();
+    *m = pbnds_material_default();
     PBNDS_TRY(convert_factors(g, index, m));
     m->base_color_texture = make_ref(g, map, &s->base_color_texture);
     m->metallic_roughness_texture = make_ref(g, map, &s->metallic_roughness_texture);
@@ -261,7 +244,7 @@ enum pbnds_status pbnds_gltf_materials(struct pbnds_gltf_load_state *g)
         ++g->scene->material_count;
     }
     if (status == PBNDS_OK) {
-        g->scene->materials[g->scene->material_count++] = default_material();
+        g->scene->materials[g->scene->material_count++] = pbnds_material_default();
         status = decode_images(g, &map);
     }
     free(map.texture);

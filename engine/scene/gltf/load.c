@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "engine/core/file.h"
-#include "engine/scene/gltf_load.h"
+#include "engine/scene/gltf/load.h"
 
 /* Required extensions other than these refuse the file, used ones are told about. */
 static const char *const supported[] = {
@@ -394,12 +394,17 @@ static enum pbnds_status load(struct pbnds_gltf_load_state *g)
 
 enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
                                          const char *name, const char *folder,
+                                         const struct pbnds_gltf_options *options,
                                          const struct pbnds_report *report,
                                          struct pbnds_scene *scene,
                                          struct pbnds_error *error)
 {
-    struct pbnds_gltf_load_state g = {
-        .name = name, .report = report, .error = error, .scene = scene};
+    static const struct pbnds_gltf_options defaults = {0};
+    struct pbnds_gltf_load_state g = {.name = name,
+                                      .options = options ? options : &defaults,
+                                      .report = report,
+                                      .error = error,
+                                      .scene = scene};
     *scene = (struct pbnds_scene){0};
     enum pbnds_status status =
         pbnds_gltf_source_open(&g.source, bytes, size, name, folder, error);
@@ -426,7 +431,9 @@ static char *folder_of(const char *path)
     return folder;
 }
 
-enum pbnds_status pbnds_gltf_load(const char *path, const struct pbnds_report *report,
+enum pbnds_status pbnds_gltf_load(const char *path,
+                                  const struct pbnds_gltf_options *options,
+                                  const struct pbnds_report *report,
                                   struct pbnds_scene *scene, struct pbnds_error *error)
 {
     uint8_t *bytes = NULL;
@@ -435,7 +442,8 @@ enum pbnds_status pbnds_gltf_load(const char *path, const struct pbnds_report *r
     PBNDS_TRY(pbnds_file_read(path, PBNDS_GLTF_MAX_FILE, &bytes, &size, error));
     char *folder = folder_of(path);
     const enum pbnds_status status =
-        folder ? pbnds_gltf_load_memory(bytes, size, path, folder, report, scene, error)
+        folder ? pbnds_gltf_load_memory(bytes, size, path, folder, options, report,
+                                        scene, error)
                : pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
     free(folder);
     free(bytes);

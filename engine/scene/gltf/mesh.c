@@ -1,7 +1,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "engine/scene/gltf_load.h"
+#include "engine/scene/gltf/load.h"
 #include "engine/scene/tangent.h"
 
 /** A primitive being built and what it is built from. */

@@ -10,7 +10,7 @@
 #pragma GCC diagnostic pop
 #endif
 
-#include "engine/scene/gltf_shim.h"
+#include "engine/scene/gltf/shim.h"
 
 #include <algorithm>
 #include <exception>

@@ -1,10 +1,10 @@
 #include <stdio.h>
 
-#include "engine/scene/gltf_load.h"
+#include "engine/scene/gltf/load.h"
 
 /* Every reference of the document, used by the scene or not, so that a damaged file is
  * known as one. Only the structure: no buffer is fetched. What the loader reads is
- * checked once more against the bytes that are really there (gltf_access.c). */
+ * checked once more against the bytes that are really there (gltf/access.c). */
 
 static enum pbnds_status dangling(struct pbnds_gltf_load_state *g, const char *from,
                                   size_t index, const char *to, int64_t target)

@@ -1,4 +1,4 @@
-#include "engine/scene/gltf_source.h"
+#include "engine/scene/gltf/source.h"
 
 #include <errno.h>
 #include <limits.h>

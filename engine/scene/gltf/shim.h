@@ -1,8 +1,8 @@
 /**
- * @file gltf_shim.h
- * The structure of a glTF file as plain C, read by tinygltf (gltf_shim.cpp is the only
+ * @file shim.h
+ * The structure of a glTF file as plain C, read by tinygltf (gltf/shim.cpp is the only
  * file that includes it). Nothing here is checked beyond JSON types: indices may be out
- * of range, counts absurd. gltf.c and its helpers check before they use.
+ * of range, counts absurd. load.c and its helpers check before they use.
  */
 #ifndef PBNDS_ENGINE_SCENE_GLTF_SHIM_H
 #define PBNDS_ENGINE_SCENE_GLTF_SHIM_H
