@@ -66,17 +66,23 @@ struct pbnds_vec3 pbnds_camera_from_world_vector(const struct pbnds_camera *came
                            pbnds_dot(column(m, 2), v));
 }
 
+bool pbnds_camera_view_project(const struct pbnds_camera_view *view,
+                               struct pbnds_vec3 p, float *x, float *y)
+{
+    const struct pbnds_vec3 d = pbnds_sub(p, view->eye);
+    const float depth = pbnds_dot(d, view->forward);
+    if (!(depth > 0.0f)) return false;
+    const float scale = 1.0f / (view->pixel * (view->orthographic ? 1.0f : depth));
+    *x = view->center_x + pbnds_dot(d, view->right) * scale;
+    *y = view->center_y - pbnds_dot(d, view->up) * scale;
+    return true;
+}
+
 bool pbnds_camera_project(const struct pbnds_camera *camera, int width, int height,
                           struct pbnds_vec3 p, float *x, float *y)
 {
     const struct pbnds_camera_view view = pbnds_camera_view(camera, width, height);
-    const struct pbnds_vec3 d = pbnds_sub(p, view.eye);
-    const float depth = pbnds_dot(d, view.forward);
-    if (!(depth > 0.0f)) return false;
-    const float scale = 1.0f / (view.pixel * (view.orthographic ? 1.0f : depth));
-    *x = view.center_x + pbnds_dot(d, view.right) * scale;
-    *y = view.center_y - pbnds_dot(d, view.up) * scale;
-    return true;
+    return pbnds_camera_view_project(&view, p, x, y);
 }
 
 struct pbnds_camera pbnds_camera_framing(struct pbnds_vec3 lo, struct pbnds_vec3 hi,

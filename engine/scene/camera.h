@@ -39,6 +39,9 @@ struct pbnds_camera_view pbnds_camera_view(const struct pbnds_camera *camera, in
 /** pbnds_camera_ray() with the view worked out before; the very same bits. */
 struct pbnds_ray pbnds_camera_view_ray(const struct pbnds_camera_view *view, float x,
                                        float y);
+/** pbnds_camera_project() with the view worked out before; the very same bits. */
+bool pbnds_camera_view_project(const struct pbnds_camera_view *view,
+                               struct pbnds_vec3 p, float *x, float *y);
 /** Ray through image position (x, y) in pixels, e.g. (0.5, 0.5) for the first pixel. */
 struct pbnds_ray pbnds_camera_ray(const struct pbnds_camera *camera, int width, int height,
                                   float x, float y);

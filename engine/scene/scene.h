@@ -39,7 +39,8 @@ enum pbnds_alpha_mode { PBNDS_ALPHA_OPAQUE, PBNDS_ALPHA_MASK, PBNDS_ALPHA_BLEND 
  * where base_color holds the diffuse factor and specular_color_texture is the
  * specularGlossinessTexture (rgb sRGB, a linear).
  *
- * An unlit material (KHR_materials_unlit) emits its base colour and reflects nothing.
+ * An unlit material (KHR_materials_unlit) emits its base colour and reflects nothing
+ * (base_color, metallic, f0 and f90 are 0, roughness 1).
  */
 struct pbnds_material {
     char name[64];
@@ -176,6 +177,10 @@ void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit
 /** The contract's "faces the eye": n, or, where it looks away from wo, n turned toward wo
  *  by the smallest angle that makes dot(n, wo) slightly positive. Both are unit. */
 struct pbnds_vec3 pbnds_face_eye(struct pbnds_vec3 n, struct pbnds_vec3 wo);
+/** Where the point of the hit was at the earlier time, world; where it is now, to the
+ *  bit, when its mesh is at rest. */
+struct pbnds_vec3 pbnds_scene_previous(const struct pbnds_scene *scene,
+                                       const struct pbnds_hit *hit);
 /** Alpha only, for intersection filters; 1 for opaque materials. */
 float pbnds_scene_alpha(const struct pbnds_scene *scene, const struct pbnds_hit *hit);
 

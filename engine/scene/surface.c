@@ -52,6 +52,16 @@ static struct pbnds_vec4 mix4(const struct triangle *t, const struct pbnds_vec4 
                                p.w * t->w0 + q.w * t->w1 + r.w * t->w2};
 }
 
+/* KHR_texture_transform. */
+static struct pbnds_vec2 transform_uv(const struct pbnds_texture_ref *ref,
+                                      struct pbnds_vec2 uv)
+{
+    if (!ref->transformed) return uv;
+    const float *m = ref->transform;
+    return (struct pbnds_vec2){m[0] * uv.x + m[1] * uv.y + m[2],
+                               m[3] * uv.x + m[4] * uv.y + m[5]};
+}
+
 /* Value of a texture at the hit; false when there is none, or no UV set to look it up
  * with (then the factor stands alone). */
 static bool sample(const struct pbnds_scene *scene, const struct triangle *t,
@@ -61,7 +71,8 @@ static bool sample(const struct pbnds_scene *scene, const struct triangle *t,
     if (ref->texture < 0) return false;
     const struct pbnds_vec2 *uv = t->mesh->uv[ref->texcoord == 1 ? 1 : 0];
     if (!uv) return false;
-    *value = pbnds_texture_sample(&scene->textures[ref->texture], mix2(t, uv), srgb);
+    *value = pbnds_texture_sample(&scene->textures[ref->texture],
+                                  transform_uv(ref, mix2(t, uv)), srgb);
     return true;
 }
 
@@ -115,15 +126,18 @@ static struct pbnds_vec3 face_normal(const struct triangle *t,
 /* Tangent and the sign of the bitangent from the UVs of one face, for meshes that bring
  * no tangents. glTF: v points down in the image, the normal map's +y up, so the
  * bitangent is -dP/dv. */
-static bool face_tangent(const struct triangle *t, int texcoord, struct pbnds_vec3 n,
-                         struct pbnds_vec3 *tangent, float *sign)
+static bool face_tangent(const struct triangle *t, const struct pbnds_texture_ref *ref,
+                         struct pbnds_vec3 n, struct pbnds_vec3 *tangent, float *sign)
 {
-    const struct pbnds_vec2 *uv = t->mesh->uv[texcoord == 1 ? 1 : 0];
+    const struct pbnds_vec2 *uv = t->mesh->uv[ref->texcoord == 1 ? 1 : 0];
+    const struct pbnds_vec2 uv0 = transform_uv(ref, uv[t->i0]);
+    const struct pbnds_vec2 uv1 = transform_uv(ref, uv[t->i1]);
+    const struct pbnds_vec2 uv2 = transform_uv(ref, uv[t->i2]);
     const struct pbnds_vec3 *p = t->mesh->position;
     const struct pbnds_vec3 e1 = pbnds_sub(p[t->i1], p[t->i0]);
     const struct pbnds_vec3 e2 = pbnds_sub(p[t->i2], p[t->i0]);
-    const float u1 = uv[t->i1].x - uv[t->i0].x, v1 = uv[t->i1].y - uv[t->i0].y;
-    const float u2 = uv[t->i2].x - uv[t->i0].x, v2 = uv[t->i2].y - uv[t->i0].y;
+    const float u1 = uv1.x - uv0.x, v1 = uv1.y - uv0.y;
+    const float u2 = uv2.x - uv0.x, v2 = uv2.y - uv0.y;
     const float det = u1 * v2 - u2 * v1;
     if (!(fabsf(det) > 0.0f)) return false;
     const float flip = det < 0.0f ? -1.0f : 1.0f;
@@ -150,7 +164,7 @@ static struct pbnds_vec3 apply_normal_map(const struct pbnds_scene *scene,
         const struct pbnds_vec4 mixed = mix4(t, t->mesh->tangent);
         tangent = pbnds_vec3_make(mixed.x, mixed.y, mixed.z);
         sign = mixed.w < 0.0f ? -1.0f : 1.0f;
-    } else if (!face_tangent(t, ref->texcoord, n, &tangent, &sign)) {
+    } else if (!face_tangent(t, ref, n, &tangent, &sign)) {
         return n;
     }
     const struct pbnds_vec3 zero = {0.0f, 0.0f, 0.0f};
@@ -201,51 +215,120 @@ static struct pbnds_vec3 shading_normal(const struct pbnds_scene *scene,
     return pbnds_face_eye(n, wo);
 }
 
+static float unit(float x)
+{
+    return pbnds_clamp(x, 0.0f, 1.0f);
+}
+
+static struct pbnds_vec3 unit3(struct pbnds_vec3 a)
+{
+    return pbnds_vec3_make(unit(a.x), unit(a.y), unit(a.z));
+}
+
+/* specular_color times its texture, which for specular-glossiness holds the glossiness
+ * in alpha: 1 where there is no texture. */
+static struct pbnds_vec4 specular_color(const struct pbnds_scene *scene,
+                                        const struct triangle *t)
+{
+    const struct pbnds_material *m = t->material;
+    struct pbnds_vec4 s = {1.0f, 1.0f, 1.0f, 1.0f};
+    (void)sample(scene, t, &m->specular_color_texture, true, &s);
+    return (struct pbnds_vec4){s.x * m->specular_color.x, s.y * m->specular_color.y,
+                               s.z * m->specular_color.z, s.w};
+}
+
+/* glTF 2.0, 3.9.2, with KHR_materials_ior and KHR_materials_specular. */
+static void metallic_roughness(const struct pbnds_scene *scene,
+                               const struct triangle *t, struct pbnds_surface *surface)
+{
+    const struct pbnds_material *m = t->material;
+    struct pbnds_vec4 s;
+    float roughness = m->roughness, metallic = m->metallic, specular = m->specular;
+    if (sample(scene, t, &m->metallic_roughness_texture, false, &s)) {
+        roughness *= s.y;
+        metallic *= s.z;
+    }
+    if (sample(scene, t, &m->specular_texture, false, &s)) specular *= s.w;
+    const struct pbnds_vec4 color = specular_color(scene, t);
+    const struct pbnds_vec3 f0 = pbnds_vec3_make(fminf(m->ior_f0 * color.x, 1.0f),
+                                                 fminf(m->ior_f0 * color.y, 1.0f),
+                                                 fminf(m->ior_f0 * color.z, 1.0f));
+    surface->roughness = unit(roughness);
+    surface->metallic = unit(metallic);
+    surface->f0 = unit3(pbnds_scale(f0, specular));
+    surface->f90 = unit(specular);
+}
+
+/* KHR_materials_pbrSpecularGlossiness; base_color comes in as the diffuse colour. */
+static void specular_glossiness(const struct pbnds_scene *scene,
+                                const struct triangle *t, struct pbnds_surface *surface)
+{
+    const struct pbnds_vec4 color = specular_color(scene, t);
+    surface->f0 = unit3(pbnds_vec3_make(color.x, color.y, color.z));
+    surface->f90 = 1.0f;
+    surface->roughness = unit(1.0f - (1.0f - t->material->roughness) * color.w);
+    surface->metallic = 0.0f;
+    surface->base_color =
+        pbnds_scale(surface->base_color, 1.0f - pbnds_max3(surface->f0));
+}
+
+/* KHR_materials_unlit: what it shows is light of its own. */
+static void unlit(struct pbnds_surface *surface)
+{
+    const struct pbnds_vec3 black = {0.0f, 0.0f, 0.0f};
+    surface->emission = surface->base_color;
+    surface->base_color = surface->f0 = black;
+    surface->f90 = surface->metallic = 0.0f;
+    surface->roughness = 1.0f;
+}
+
+static void evaluate_material(const struct pbnds_scene *scene, const struct triangle *t,
+                              struct pbnds_surface *surface)
+{
+    const struct pbnds_material *m = t->material;
+    const struct pbnds_vec4 base = base_color(scene, t);
+    surface->base_color = unit3(pbnds_vec3_make(base.x, base.y, base.z));
+    surface->alpha = m->alpha_mode == PBNDS_ALPHA_OPAQUE ? 1.0f : unit(base.w);
+    struct pbnds_vec4 s;
+    surface->occlusion = 1.0f;
+    if (sample(scene, t, &m->occlusion_texture, false, &s))
+        surface->occlusion = unit(1.0f + m->occlusion_strength * (s.x - 1.0f));
+    if (m->unlit) {
+        unlit(surface);
+        return;
+    }
+    surface->emission = m->emissive;
+    if (pbnds_max3(m->emissive) > 0.0f &&
+        sample(scene, t, &m->emissive_texture, true, &s))
+        surface->emission = pbnds_mul(m->emissive, pbnds_vec3_make(s.x, s.y, s.z));
+    if (m->specular_glossiness)
+        specular_glossiness(scene, t, surface);
+    else
+        metallic_roughness(scene, t, surface);
+}
+
 void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit *hit,
                          struct pbnds_vec3 wo, float footprint,
                          struct pbnds_surface *surface)
 {
     (void)footprint;
     const struct triangle t = find_triangle(scene, hit);
-    const struct pbnds_material *m = t.material;
-
     surface->position = mix3(&t, t.mesh->position);
     const struct pbnds_vec3 face = face_normal(&t, wo);
     surface->ng = pbnds_dot(face, wo) < 0.0f ? pbnds_scale(face, -1.0f) : face;
     surface->n = shading_normal(scene, &t, face, surface->ng, wo);
-
-    const struct pbnds_vec4 base = base_color(scene, &t);
-    surface->base_color = pbnds_vec3_make(pbnds_clamp(base.x, 0.0f, 1.0f),
-                                          pbnds_clamp(base.y, 0.0f, 1.0f),
-                                          pbnds_clamp(base.z, 0.0f, 1.0f));
-    surface->alpha = m->alpha_mode == PBNDS_ALPHA_OPAQUE ? 1.0f : base.w;
-
-    struct pbnds_vec4 s;
-    surface->roughness = m->roughness;
-    surface->metallic = m->metallic;
-    if (sample(scene, &t, &m->metallic_roughness_texture, false, &s)) {
-        surface->roughness *= s.y;
-        surface->metallic *= s.z;
-    }
-    surface->roughness = pbnds_clamp(surface->roughness, 0.0f, 1.0f);
-    surface->metallic = pbnds_clamp(surface->metallic, 0.0f, 1.0f);
-    surface->f0 = pbnds_scale(m->specular_color, m->ior_f0);
-    surface->f0 =
-        pbnds_vec3_make(fminf(surface->f0.x, 1.0f), fminf(surface->f0.y, 1.0f),
-                        fminf(surface->f0.z, 1.0f));
-    surface->f0 = pbnds_scale(surface->f0, m->specular);
-    surface->f90 = m->specular;
-    surface->occlusion = 1.0f;
-
-    surface->emission = m->emissive;
-    if (pbnds_max3(m->emissive) > 0.0f &&
-        sample(scene, &t, &m->emissive_texture, true, &s)) {
-        surface->emission = pbnds_mul(m->emissive, pbnds_vec3_make(s.x, s.y, s.z));
-    }
+    evaluate_material(scene, &t, surface);
     surface->uv =
         t.mesh->uv[0] ? mix2(&t, t.mesh->uv[0]) : (struct pbnds_vec2){0.0f, 0.0f};
     surface->object_id = t.mesh->object_id;
     surface->material = t.mesh->material;
+}
+
+struct pbnds_vec3 pbnds_scene_previous(const struct pbnds_scene *scene,
+                                       const struct pbnds_hit *hit)
+{
+    const struct triangle t = find_triangle(scene, hit);
+    return mix3(&t, t.mesh->previous ? t.mesh->previous : t.mesh->position);
 }
 
 float pbnds_scene_alpha(const struct pbnds_scene *scene, const struct pbnds_hit *hit)

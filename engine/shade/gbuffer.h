@@ -100,8 +100,9 @@ struct pbnds_gbuffer {
 enum pbnds_optional {
     PBNDS_OPTIONAL_AO = 1u << 0,
     PBNDS_OPTIONAL_UV = 1u << 1,
-    PBNDS_OPTIONAL_MOTION =
-        1u << 2, /**< the scene must have been loaded with motion       */
+    PBNDS_OPTIONAL_MOTION = 1u
+                            << 2, /**< of a scene that was loaded without motion only
+                                       the camera's is seen                            */
     PBNDS_OPTIONAL_MATERIAL_ID = 1u << 3,
     PBNDS_OPTIONAL_CRYPTOMATTE =
         1u << 4, /**< object and material                          */
@@ -146,7 +147,7 @@ void pbnds_gbuffer_free(struct pbnds_gbuffer *gbuffer);
 
 /** Casts the primary rays, by packets in tiles, multi-threaded; options NULL: one ray
  *  through each pixel centre, no optional plane. Allocates the planes.
- *  Errors: ARGUMENT (motion of a scene that was loaded without), MEMORY, INTERRUPTED. */
+ *  Errors: ARGUMENT (size), MEMORY, INTERRUPTED. */
 enum pbnds_status pbnds_gbuffer_raycast(const struct pbnds_scene *scene,
                                         const struct pbnds_accel *accel,
                                         const struct pbnds_camera *camera, int width,

@@ -313,12 +313,154 @@ static void values_stay_in_range(void **state)
     assert_near(q.metallic, 0.0, 0.0);
 }
 
+static void texture_transforms_move_the_lookup(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    for (int i = 0; i < 16; ++i) /* four texels in a row, red = index / 4 */
+        s.texels[0][i] = 0.25f * (float)(i / 4);
+    struct pbnds_texture_ref *ref = &s.material->occlusion_texture;
+    ref->texture = fixture_texture(&s.f, s.texels[0], 4, 1);
+    assert_near(look(&s, 0, 0.1f, 0.0f, up_z).occlusion, 0.0, 1e-6); /* u = 0.1 */
+    const float moved[6] = {1.0f, 0.0f, 0.5f, 0.0f, 1.0f, 0.0f};
+    memcpy(ref->transform, moved, sizeof moved);
+    assert_near(look(&s, 0, 0.1f, 0.0f, up_z).occlusion, 0.0, 1e-6); /* not in use */
+    ref->transformed = true;
+    assert_near(look(&s, 0, 0.1f, 0.0f, up_z).occlusion, 0.5, 1e-6); /* u = 0.6 */
+    /* Rows act on (u, v, 1): u' = v, with v = 1 - y. */
+    const float turned[6] = {0.0f, 1.0f, 0.0f, -1.0f, 0.0f, 0.0f};
+    memcpy(ref->transform, turned, sizeof turned);
+    assert_near(look(&s, 0, 0.1f, 0.65f, up_z).occlusion, 0.25, 1e-6); /* v = 0.35 */
+    /* surface.uv is TEXCOORD_0 itself. */
+    assert_near(look(&s, 0, 0.1f, 0.0f, up_z).uv.x, 0.1, 1e-6);
+}
+
+static void turned_maps_turn_the_derived_tangent(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    s.material->normal_texture.texture = plain_texture(&s, 0.8f, 0.5f, 0.9f, 1.0f);
+    /* u' = v = 1 - y: the map's red axis points down the square. */
+    const float turned[6] = {0.0f, 1.0f, 0.0f, -1.0f, 0.0f, 0.0f};
+    memcpy(s.material->normal_texture.transform, turned, sizeof turned);
+    s.material->normal_texture.transformed = true;
+    assert_vec(look(&s, 0, 0.3f, 0.3f, up_z).n, 0.0, -0.6, 0.8, 1e-6);
+}
+
+static void occlusion_has_a_strength(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    assert_near(look(&s, 0, 0.3f, 0.3f, up_z).occlusion, 1.0, 0.0);
+    s.material->occlusion_texture.texture = plain_texture(&s, 0.2f, 0.9f, 0.9f, 0.9f);
+    assert_near(look(&s, 0, 0.3f, 0.3f, up_z).occlusion, 0.2, 1e-6);
+    s.material->occlusion_strength = 0.5f;
+    assert_near(look(&s, 0, 0.3f, 0.3f, up_z).occlusion, 0.6, 1e-6);
+}
+
+/* KHR_materials_specular: f0 = specular min(ior_f0 color, 1), f90 = specular. */
+static void specular_known_answers(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    s.material->ior_f0 = 0.2f;
+    s.material->specular = 0.5f;
+    s.material->specular_color = pbnds_vec3_make(1.0f, 0.5f, 10.0f);
+    struct pbnds_surface q = look(&s, 0, 0.3f, 0.3f, up_z);
+    assert_vec(q.f0, 0.1, 0.05, 0.5, 1e-6); /* blue: min(2, 1) before the factor */
+    assert_near(q.f90, 0.5, 1e-6);
+    s.material->specular_texture.texture = plain_texture(&s, 0.9f, 0.9f, 0.9f, 0.4f);
+    s.material->specular_color_texture.texture =
+        plain_texture(&s, 1.0f, 0.5f, 0.0f, 0.1f);
+    q = look(&s, 0, 0.3f, 0.3f, up_z);
+    const double half = pow((0.5 + 0.055) / 1.055, 2.4);
+    assert_vec(q.f0, 0.2 * 0.2, 0.2 * 0.2 * 0.5 * half, 0.0, 1e-6);
+    assert_near(q.f90, 0.2, 1e-6);
+    /* Metal and roughness are not touched by any of it. */
+    assert_near(q.roughness, 1.0, 0.0);
+    assert_near(q.metallic, 0.0, 0.0);
+}
+
+static void specular_glossiness_known_answers(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    s.material->specular_glossiness = true;
+    s.material->base_color = (struct pbnds_vec4){0.8f, 0.4f, 0.2f, 1.0f};
+    s.material->specular_color = pbnds_vec3_make(0.5f, 0.25f, 0.1f);
+    s.material->roughness = 0.25f; /* glossiness 0.75 */
+    s.material->metallic = 1.0f;
+    s.material->specular = 0.3f; /* of the other extension: not looked at */
+    struct pbnds_surface q = look(&s, 0, 0.3f, 0.3f, up_z);
+    assert_vec(q.f0, 0.5, 0.25, 0.1, 1e-6);
+    assert_near(q.f90, 1.0, 0.0);
+    assert_vec(q.base_color, 0.4, 0.2, 0.1, 1e-6);
+    assert_near(q.roughness, 0.25, 1e-6);
+    assert_near(q.metallic, 0.0, 0.0);
+    s.material->specular_color_texture.texture =
+        plain_texture(&s, 0.5f, 1.0f, 1.0f, 0.4f);
+    q = look(&s, 0, 0.3f, 0.3f, up_z);
+    const double half = pow((0.5 + 0.055) / 1.055, 2.4);
+    assert_vec(q.f0, 0.5 * half, 0.25, 0.1, 1e-6);
+    assert_vec(q.base_color, 0.6, 0.3, 0.15, 1e-6); /* 1 - max(f0) = 0.75 */
+    assert_near(q.roughness, 1.0 - 0.75 * 0.4, 1e-6);
+}
+
+static void unlit_emits_its_color_and_reflects_nothing(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    s.material->unlit = true;
+    s.material->base_color = (struct pbnds_vec4){0.8f, 0.4f, 0.2f, 0.5f};
+    s.material->alpha_mode = PBNDS_ALPHA_BLEND;
+    s.material->metallic = 1.0f;
+    s.material->emissive = pbnds_splat(3.0f); /* of a lit material: not looked at */
+    s.material->base_color_texture.texture = plain_texture(&s, 1.0f, 1.0f, 0.0f, 0.5f);
+    const struct pbnds_surface q = look(&s, 0, 0.3f, 0.3f, up_z);
+    assert_vec(q.emission, 0.8, 0.4, 0.0, 1e-6);
+    assert_vec(q.base_color, 0.0, 0.0, 0.0, 0.0);
+    assert_vec(q.f0, 0.0, 0.0, 0.0, 0.0);
+    assert_near(q.f90, 0.0, 0.0);
+    assert_near(q.metallic, 0.0, 0.0);
+    assert_near(q.roughness, 1.0, 0.0);
+    assert_near(q.alpha, 0.25, 1e-6);
+}
+
+static void earlier_positions_are_interpolated(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    const struct pbnds_hit hit = {1.0f, 0.25f, 0.5f, 0, 0};
+    const struct pbnds_vec3 now = look(&s, 0, 0.25f, 0.5f, up_z).position;
+    const struct pbnds_vec3 rest = pbnds_scene_previous(&s.f.scene, &hit);
+    assert_memory_equal(&now, &rest, sizeof now);
+    struct pbnds_vec3 before[4];
+    for (int i = 0; i < 4; ++i)
+        before[i] = pbnds_vec3_make((float)i, 2.0f, s.p[i].y);
+    s.mesh->previous = before;
+    assert_vec(pbnds_scene_previous(&s.f.scene, &hit), 1.25, 2.0, 0.5, 1e-6);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(attributes_are_interpolated),
         cmocka_unit_test(textures_go_where_gltf_says),
         cmocka_unit_test(the_second_uv_set_is_used),
+        cmocka_unit_test(texture_transforms_move_the_lookup),
+        cmocka_unit_test(turned_maps_turn_the_derived_tangent),
+        cmocka_unit_test(occlusion_has_a_strength),
+        cmocka_unit_test(specular_known_answers),
+        cmocka_unit_test(specular_glossiness_known_answers),
+        cmocka_unit_test(unlit_emits_its_color_and_reflects_nothing),
+        cmocka_unit_test(earlier_positions_are_interpolated),
         cmocka_unit_test(normal_map_known_answers),
         cmocka_unit_test(tangents_follow_from_uvs),
         cmocka_unit_test(a_vertex_normal_against_the_winding_is_turned),

@@ -14,19 +14,27 @@ static struct pbnds_camera camera_at(struct pbnds_vec3 eye, struct pbnds_vec3 ta
     return c;
 }
 
-static struct pbnds_gbuffer
-cast(const struct fixture *f, const struct pbnds_camera *camera, int width, int height)
+static struct pbnds_gbuffer cast_with(const struct fixture *f,
+                                      const struct pbnds_camera *camera, int width,
+                                      int height,
+                                      const struct pbnds_raycast_options *options)
 {
     struct pbnds_accel *accel = NULL;
     struct pbnds_error error;
     struct pbnds_gbuffer g = {0};
     if (pbnds_accel_create(&f->scene, &accel, &error) != PBNDS_OK ||
-        pbnds_gbuffer_raycast(&f->scene, accel, camera, width, height, NULL, &g,
+        pbnds_gbuffer_raycast(&f->scene, accel, camera, width, height, options, &g,
                               &error) != PBNDS_OK) {
         fail_msg("%s", error.message);
     }
     pbnds_accel_free(accel);
     return g;
+}
+
+static struct pbnds_gbuffer
+cast(const struct fixture *f, const struct pbnds_camera *camera, int width, int height)
+{
+    return cast_with(f, camera, width, height, NULL);
 }
 
 static void free_mesh(const struct pbnds_mesh *mesh)
@@ -274,6 +282,125 @@ static void assert_same_planes(const struct pbnds_gbuffer *a,
     assert_memory_equal(a->object_id, b->object_id, size);
 }
 
+static void fresnel_planes_come_when_specular_cannot_tell(void **state)
+{
+    (void)state;
+    struct fixture f;
+    make_square(&f, 1.0f, 1.0f, 1.0f);
+    const struct pbnds_camera c =
+        camera_at(pbnds_vec3_make(0, 0, 0), pbnds_vec3_make(0, 0, -1), 80.0f);
+    f.materials[0].base_color = (struct pbnds_vec4){0.8f, 0.4f, 0.2f, 1.0f};
+    f.materials[0].metallic = 0.25f;
+    f.materials[1].unlit = true; /* worn by nothing */
+    struct pbnds_gbuffer g = cast(&f, &c, 4, 4);
+    assert_null(g.f90);
+    assert_null(g.f0[2]);
+    pbnds_gbuffer_free(&g);
+
+    f.materials[0].specular = 0.5f;
+    f.materials[0].specular_color = pbnds_vec3_make(1.0f, 0.5f, 0.25f);
+    g = cast(&f, &c, 4, 4);
+    assert_non_null(g.f90);
+    const double metal[3] = {0.2, 0.1, 0.05};
+    const double dielectric[3] = {0.02, 0.01, 0.005};
+    double f0[3];
+    for (int k = 0; k < 3; ++k) {
+        f0[k] = metal[k] + 0.75 * dielectric[k];
+        assert_near(g.f0[k][5], f0[k], 1e-6);
+    }
+    assert_near(g.f90[5], 0.25 + 0.75 * 0.5, 1e-6);
+    assert_near(g.specular[5], 0.2126 * f0[0] + 0.7152 * f0[1] + 0.0722 * f0[2], 1e-6);
+    pbnds_gbuffer_free(&g);
+
+    f.materials[0].unlit = true;
+    g = cast(&f, &c, 4, 4);
+    assert_near(g.f90[5], 0.0, 0.0);
+    assert_near(g.f0[0][5] + g.specular[5] + g.albedo[0][5], 0.0, 0.0);
+    assert_near(g.emission[0][5], 0.8, 1e-6);
+    pbnds_gbuffer_free(&g);
+}
+
+static void optional_planes_come_when_asked_for(void **state)
+{
+    (void)state;
+    struct fixture f;
+    make_square(&f, 1.0f, 1.0f, 1.0f); /* half of what 127 degrees see */
+    struct pbnds_vec2 uv[4] = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    float texel[4] = {0.3f, 0, 0, 1};
+    f.meshes[0].uv[0] = uv;
+    f.meshes[0].material = 2;
+    f.materials[2].occlusion_texture.texture = fixture_texture(&f, texel, 1, 1);
+    const struct pbnds_camera c =
+        camera_at(pbnds_vec3_make(0, 0, 0), pbnds_vec3_make(0, 0, -1),
+                  2.0f * atanf(2.0f) * 180.0f / PBNDS_PI);
+    struct pbnds_gbuffer g = cast(&f, &c, 8, 8);
+    assert_null(g.ao);
+    assert_null(g.uv[0]);
+    assert_null(g.motion[1]);
+    assert_null(g.material_id);
+    pbnds_gbuffer_free(&g);
+    const struct pbnds_raycast_options options = {
+        .optional = PBNDS_OPTIONAL_AO | PBNDS_OPTIONAL_UV | PBNDS_OPTIONAL_MATERIAL_ID};
+    g = cast_with(&f, &c, 8, 8, &options);
+    for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 8; ++x) {
+            const size_t i = (size_t)(8 * y + x);
+            const bool hit = x >= 2 && x < 6 && y >= 2 && y < 6;
+            assert_near(g.coverage[i], hit ? 1.0 : 0.0, 0.0);
+            assert_near(g.ao[i], hit ? 0.3 : 0.0, 1e-6);
+            assert_int_equal(g.material_id[i], hit ? 2u : UINT32_MAX);
+            assert_near(g.uv[0][i], hit ? (x - 2 + 0.5) / 4 : 0.0, 1e-6);
+            assert_near(g.uv[1][i], hit ? (y - 2 + 0.5) / 4 : 0.0, 1e-6);
+        }
+    }
+    pbnds_gbuffer_free(&g);
+}
+
+static void motion_known_answers(void **state)
+{
+    (void)state;
+    struct fixture f;
+    make_square(&f, 1.0f, 1.0f, 1.0f);
+    struct pbnds_camera c =
+        camera_at(pbnds_vec3_make(0, 0, 0), pbnds_vec3_make(0, 0, -1),
+                  2.0f * atanf(2.0f) * 180.0f / PBNDS_PI);
+    struct pbnds_raycast_options options = {.optional = PBNDS_OPTIONAL_MOTION};
+    struct pbnds_gbuffer g = cast_with(&f, &c, 8, 8, &options);
+    for (int i = 0; i < 64; ++i) /* at rest: nothing, to the bit */
+        assert_true(g.motion[0][i] == 0.0f && g.motion[1][i] == 0.0f);
+    pbnds_gbuffer_free(&g);
+
+    /* A pixel is 0.5 m of the square. It came 0.5 m from the left and 0.25 m from below:
+     * one pixel to the right, half a one up. */
+    struct pbnds_vec3 before[4];
+    for (int i = 0; i < 4; ++i)
+        before[i] = pbnds_sub(square[i], pbnds_vec3_make(0.5f, 0.25f, 0.0f));
+    f.meshes[0].previous = before;
+    g = cast_with(&f, &c, 8, 8, &options);
+    assert_near(g.motion[0][8 * 3 + 4], 1.0, 1e-5);
+    assert_near(g.motion[1][8 * 3 + 4], -0.5, 1e-5);
+    assert_near(g.motion[0][0], 0.0, 0.0); /* the background */
+    pbnds_gbuffer_free(&g);
+
+    /* The camera came from twice as far: points moved away from the middle. */
+    struct pbnds_camera earlier = c;
+    earlier.world_from_camera = pbnds_mat4_look_at(
+        pbnds_vec3_make(0, 0, 1), pbnds_vec3_make(0, 0, -1), pbnds_vec3_make(0, 1, 0));
+    f.meshes[0].previous = NULL;
+    options.previous_camera = &earlier;
+    g = cast_with(&f, &c, 8, 8, &options);
+    assert_near(g.motion[0][8 * 3 + 5], 0.75, 1e-5); /* x was 4.75, is 5.5 */
+    assert_near(g.motion[1][8 * 3 + 5], -0.25, 1e-5);
+    pbnds_gbuffer_free(&g);
+
+    /* It was behind the earlier camera: no position to move from. */
+    earlier.world_from_camera = pbnds_mat4_look_at(
+        pbnds_vec3_make(0, 0, -2), pbnds_vec3_make(0, 0, -3), pbnds_vec3_make(0, 1, 0));
+    g = cast_with(&f, &c, 8, 8, &options);
+    assert_near(g.motion[0][8 * 3 + 5], 0.0, 0.0);
+    pbnds_gbuffer_free(&g);
+}
+
 static void threads_change_nothing(void **state)
 {
     (void)state;
@@ -359,6 +486,9 @@ int main(void)
         cmocka_unit_test(a_sphere_against_its_equation),
         cmocka_unit_test(every_normal_faces_the_eye),
         cmocka_unit_test(cut_out_texels_are_holes),
+        cmocka_unit_test(fresnel_planes_come_when_specular_cannot_tell),
+        cmocka_unit_test(optional_planes_come_when_asked_for),
+        cmocka_unit_test(motion_known_answers),
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(sizes_are_checked),
         cmocka_unit_test(a_stop_leaves_nothing),
