@@ -16,6 +16,7 @@
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/output.h"
+#include "tools/world.h"
 
 /* Facts are gathered as one JSON object; the text form is a walk over it. */
 
@@ -60,11 +61,13 @@ static cJSON *add_item(cJSON *array)
     return item;
 }
 
-static enum pbnds_status describe_scene(const char *path, cJSON *facts,
+static enum pbnds_status describe_scene(const struct tool_options *options,
+                                        const char *path, cJSON *facts,
                                         struct pbnds_error *error)
 {
     struct pbnds_scene scene;
-    PBNDS_TRY(pbnds_gltf_load(path, NULL, tool_report(), &scene, error));
+    const struct pbnds_gltf_options gltf = tool_gltf_options(options);
+    PBNDS_TRY(pbnds_gltf_load(path, &gltf, tool_report(), &scene, error));
     add_text(facts, "kind", "glTF scene");
     add_number(facts, "meshes", scene.mesh_count);
     add_number(facts, "triangles", (double)scene.triangle_count);
@@ -257,16 +260,17 @@ static enum pbnds_status check_dataset(const char *path, struct pbnds_error *err
 }
 
 /* What the file is is said by its name; that it is so, by reading it. */
-static enum pbnds_status describe(const char *path, bool deep, cJSON *facts,
-                                  struct pbnds_error *error)
+static enum pbnds_status describe(const struct tool_options *options, bool deep,
+                                  cJSON *facts, struct pbnds_error *error)
 {
+    const char *path = options->inputs[0];
     struct stat info;
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
         PBNDS_TRY(describe_dataset(path, facts, error));
         return deep ? check_dataset(path, error) : PBNDS_OK;
     }
     if (tool_has_extension(path, ".glb") || tool_has_extension(path, ".gltf")) {
-        return describe_scene(path, facts, error);
+        return describe_scene(options, path, facts, error);
     }
     if (tool_has_extension(path, ".exr")) {
         PBNDS_TRY(describe_exr(path, facts, error));
@@ -321,7 +325,7 @@ static enum pbnds_status run_info(const struct tool_options *options,
     cJSON *facts = cJSON_CreateObject();
     if (!facts) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
     add_text(facts, "file", options->inputs[0]);
-    const enum pbnds_status status = describe(options->inputs[0], false, facts, error);
+    const enum pbnds_status status = describe(options, false, facts, error);
     if (status == PBNDS_OK && options->json) {
         char *text = cJSON_Print(facts);
         (void)printf("%s\n", text ? text : "{}");
@@ -338,7 +342,7 @@ static enum pbnds_status run_check(const struct tool_options *options,
 {
     cJSON *facts = cJSON_CreateObject();
     if (!facts) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
-    const enum pbnds_status status = describe(options->inputs[0], true, facts, error);
+    const enum pbnds_status status = describe(options, true, facts, error);
     const cJSON *kind = cJSON_GetObjectItem(facts, "kind");
     if (status == PBNDS_OK) {
         if (options->json) {

@@ -50,6 +50,7 @@ struct tool_options {
 
     const char *scene, *variant, *animation; /**< of the file, by name or index */
     bool allow_external;
+    int max_geometry_mb, max_images_mb, max_image_side, max_file_mb; /**< 0: default */
 
     const char *env;
     double env_yaw, env_strength;

@@ -39,9 +39,14 @@ struct pbnds_error {
 extern "C" {
 #endif
 
-/** Writes the sentence into `error` (which may be NULL) and returns `status`. */
+/** Writes the sentence into `error` (which may be NULL) and returns `status`. What the
+ *  sentence quotes of a file cannot break its line or reach the terminal as a command:
+ *  it goes through pbnds_plain_text(). */
 enum pbnds_status pbnds_fail(struct pbnds_error *error, enum pbnds_status status,
                              const char *format, ...) PBNDS_PRINTF(3, 4);
+
+/** Replaces every control character of UTF-8 text by a question mark. */
+void pbnds_plain_text(char *text);
 
 #ifdef __cplusplus
 }

@@ -7,29 +7,30 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **data,
-                                  size_t *size, struct pbnds_error *error)
+enum pbnds_status pbnds_file_read_open(int fd, const char *name, size_t max_bytes,
+                                       uint8_t **data, size_t *size,
+                                       struct pbnds_error *error)
 {
     *data = NULL;
     *size = 0;
-    const int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0) {
-        return pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be opened: %s", path,
-                          strerror(errno));
-    }
     enum pbnds_status status = PBNDS_OK;
     struct stat info;
     uint8_t *buffer = NULL;
     size_t filled = 0;
     if (fstat(fd, &info) != 0 || S_ISDIR(info.st_mode)) {
-        status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: is a folder, not a file", path);
-        goto done;
+        return pbnds_fail(error, PBNDS_ERROR_IO, "%s: is a folder, not a file", name);
     }
-    size_t capacity = info.st_size > 0 ? (size_t)info.st_size + 1 : 65536;
+    /* What it says of its size is not taken for granted, nor paid for beyond the limit. */
+    size_t capacity = 65536;
+    if (info.st_size > 0) {
+        capacity = (uint64_t)info.st_size < max_bytes ? (size_t)info.st_size + 1
+                                                      : max_bytes + 1;
+    }
     for (;;) {
         if (filled > max_bytes) {
             status = pbnds_fail(error, PBNDS_ERROR_MEMORY,
-                                "%s: is larger than the limit of %zu bytes", path, max_bytes);
+                                "%s: is larger than the limit of %zu bytes", name,
+                                max_bytes);
             goto done;
         }
         if (!buffer || filled == capacity) {
@@ -37,7 +38,7 @@ enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **
             uint8_t *grown = realloc(buffer, capacity + 1);
             if (!grown) {
                 status = pbnds_fail(error, PBNDS_ERROR_MEMORY,
-                                    "%s: no memory for %zu bytes", path, capacity);
+                                    "%s: no memory for %zu bytes", name, capacity);
                 goto done;
             }
             buffer = grown;
@@ -45,7 +46,7 @@ enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **
         const ssize_t n = read(fd, buffer + filled, capacity - filled);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) {
-            status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be read: %s", path,
+            status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be read: %s", name,
                                 strerror(errno));
             goto done;
         }
@@ -58,6 +59,21 @@ enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **
     buffer = NULL;
 done:
     free(buffer);
+    return status;
+}
+
+enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **data,
+                                  size_t *size, struct pbnds_error *error)
+{
+    *data = NULL;
+    *size = 0;
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
+        return pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be opened: %s", path,
+                          strerror(errno));
+    }
+    const enum pbnds_status status =
+        pbnds_file_read_open(fd, path, max_bytes, data, size, error);
     (void)close(fd);
     return status;
 }

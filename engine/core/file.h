@@ -21,6 +21,12 @@ extern "C" {
 enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **data,
                                   size_t *size, struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** The same from a descriptor that is open for reading and stays the caller's; `name`
+ *  is for messages. */
+enum pbnds_status pbnds_file_read_open(int fd, const char *name, size_t max_bytes,
+                                       uint8_t **data, size_t *size,
+                                       struct pbnds_error *error) PBNDS_NODISCARD;
+
 /** A file being written under a temporary name in the folder of its final one. */
 struct pbnds_file_writer {
     char *path; /**< final name, owned      */

@@ -14,6 +14,7 @@ void pbnds_warn(const struct pbnds_report *report, const char *format, ...)
     va_start(args, format);
     (void)vsnprintf(sentence, sizeof sentence, format, args);
     va_end(args);
+    pbnds_plain_text(sentence);
     report->warn(report->user, sentence);
 }
 

@@ -31,6 +31,8 @@ struct pbnds_gltf_options {
         max_geometry; /**< bytes of all vertices and indices; 0: 8 GiB                 */
     uint64_t
         max_images; /**< bytes of all decoded images; 0: 8 GiB                       */
+    uint64_t max_file;  /**< bytes of any one file; 0: 2 GiB                         */
+    int max_image_side; /**< pixels; 0: 16384                                        */
 };
 
 #ifdef __cplusplus

@@ -407,7 +407,7 @@ enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
                                       .scene = scene};
     *scene = (struct pbnds_scene){0};
     enum pbnds_status status =
-        pbnds_gltf_source_open(&g.source, bytes, size, name, folder, error);
+        pbnds_gltf_source_open(&g.source, bytes, size, name, folder, g.options, error);
     if (status == PBNDS_OK) status = load(&g);
     pbnds_gltf_document_free(&g.doc);
     pbnds_gltf_source_free(&g.source);
@@ -439,7 +439,9 @@ enum pbnds_status pbnds_gltf_load(const char *path,
     uint8_t *bytes = NULL;
     size_t size = 0;
     *scene = (struct pbnds_scene){0};
-    PBNDS_TRY(pbnds_file_read(path, PBNDS_GLTF_MAX_FILE, &bytes, &size, error));
+    static const struct pbnds_gltf_options defaults = {0};
+    const size_t most = pbnds_gltf_max_file(options ? options : &defaults);
+    PBNDS_TRY(pbnds_file_read(path, most, &bytes, &size, error));
     char *folder = folder_of(path);
     const enum pbnds_status status =
         folder ? pbnds_gltf_load_memory(bytes, size, path, folder, options, report,

@@ -6,21 +6,43 @@
 
 /* tinygltf recurses without a bound into `extras`, truncates indices to 32 bits,
  * ignores negative offsets, and insists on reading buffers and images itself. This pass
- * over the text closes these doors before it sees the file. It is lax about JSON
- * otherwise: the real parser comes after. The text is edited in place, never grown. */
+ * over the text closes these doors before it sees the file. It also makes what is valid
+ * readable for it: integers written as 1.0 (JSON does not tell them from 1), and
+ * primitives whose index accessor has no bufferView (sparse or compressed ones). It is
+ * lax about JSON otherwise: the real parser comes after. The text is edited in place,
+ * never grown. */
 
 enum { MAX_DEPTH = 96 };
+
+/** The largest integer that every JSON writer can write. */
+static const uint64_t MAX_SIZE = ((uint64_t)1 << 53) - 1;
+
+/* What parsing takes of memory, in bytes: for every value, for one inside an extension
+ * (which is kept as a tree), and for the structure that a list of the document is made
+ * of. A document of "{},{},{}" is a thousand times larger once it is parsed. */
+enum { COST_VALUE = 64, COST_TREE = 320, COST_ITEM = 1024, COST_MATERIAL = 3072 };
 
 /** Where in the document a value stands. */
 enum place {
     PLACE_ANY,
-    PLACE_FREE, /* inside extras or extensions: nothing is checked */
+    PLACE_FREE, /* inside extras: nothing is checked */
+    PLACE_TREE, /* inside extensions: neither        */
     PLACE_ROOT,
     PLACE_BUFFERS,
     PLACE_BUFFER,
     PLACE_IMAGES,
     PLACE_IMAGE,
+    PLACE_LIST, /* any other list of the document */
+    PLACE_MATERIALS,
+    PLACE_MESHES,
+    PLACE_MESH,
+    PLACE_PRIMITIVES,
+    PLACE_PRIMITIVE,
+    PLACE_ANIMATIONS,
+    PLACE_ANIMATION,
+    PLACE_SPARSE,
     PLACE_INDEX, /* an integer in [0, 2^31), or an array of them */
+    PLACE_SIZE,  /* an integer in [0, 2^53)                      */
     PLACE_ATTRIBUTES,
 };
 
@@ -29,6 +51,7 @@ struct scanner {
     char *text;
     size_t at, size;
     const char *fault; /* NULL: none yet */
+    uint64_t cost;
     bool no_memory, saw_buffers, saw_images;
 };
 
@@ -53,6 +76,15 @@ static char peek(struct scanner *s)
 {
     skip_space(s);
     return s->at < s->size ? s->text[s->at] : (char)0;
+}
+
+/** Does an object come after the colon? */
+static bool peek_object(const struct scanner *s)
+{
+    size_t at = s->at;
+    while (at < s->size && s->text[at] && strchr(" \t\r\n", s->text[at]))
+        ++at;
+    return at < s->size && s->text[at] == '{';
 }
 
 static bool take(struct scanner *s, char c)
@@ -83,50 +115,148 @@ static bool same(const struct scanner *s, struct token t, const char *word)
     return t.end - t.start == length && memcmp(s->text + t.start, word, length) == 0;
 }
 
-static bool is_index_key(const struct scanner *s, struct token key)
+static bool is_one_of(const struct scanner *s, struct token key,
+                      const char *const *keys, size_t count)
 {
-    static const char *const keys[] = {
-        "buffer",        "bufferView",
-        "byteOffset",    "byteLength",
-        "byteStride",    "count",
-        "mesh",          "skin",
-        "componentType", "indices",
-        "material",      "mode",
-        "camera",        "inverseBindMatrices",
-        "skeleton",      "source",
-        "sampler",       "index",
-        "texCoord",      "scene",
-        "children",      "nodes",
-        "joints",        "node",
-        "input",         "output",
-    };
-    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; ++i) {
+    for (size_t i = 0; i < count; ++i) {
         if (same(s, key, keys[i])) return true;
     }
     return false;
 }
 
-static void take_number(struct scanner *s, struct token *t)
+static bool is_size_key(const struct scanner *s, struct token key)
 {
-    t->start = s->at;
-    while (s->at < s->size && s->text[s->at] &&
-           strchr("+-.eE0123456789", s->text[s->at])) {
-        ++s->at;
-    }
-    t->end = s->at;
+    static const char *const keys[] = {"byteOffset", "byteLength", "count"};
+    return is_one_of(s, key, keys, sizeof keys / sizeof keys[0]);
 }
 
-/** An unsigned integer below 2^31, the largest that any size or index here may be. */
-static bool to_index(struct scanner *s, struct token t, uint64_t *value)
+static bool is_index_key(const struct scanner *s, struct token key)
+{
+    static const char *const keys[] = {
+        "buffer",   "bufferView", "byteStride", "componentType",
+        "mesh",     "skin",       "camera",     "indices",
+        "material", "mode",       "index",      "inverseBindMatrices",
+        "skeleton", "source",     "sampler",    "texCoord",
+        "scene",    "children",   "nodes",      "joints",
+        "node",     "input",      "output",
+    };
+    return is_one_of(s, key, keys, sizeof keys / sizeof keys[0]);
+}
+
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/** The value of "12.0", "1.5e3", ...: false where it is no integer below 2^31, or has a
+ * sign. */
+static bool whole_value(const char *p, size_t size, uint64_t *value)
+{
+    uint64_t m = 0;
+    int scale = 0, exponent = 0;
+    size_t i = 0;
+    bool fraction = false, negative = false;
+    /* What is no JSON stays as it is, for the parser to refuse. */
+    if (size < 2 || !is_digit(p[size - 1]) || (p[0] == '0' && is_digit(p[1]))) {
+        return false;
+    }
+    for (; i < size && (is_digit(p[i]) || (p[i] == '.' && !fraction)); ++i) {
+        if (p[i] == '.') {
+            fraction = true;
+            if (!is_digit(p[i + 1])) return false;
+            continue;
+        }
+        if (m > UINT64_MAX / 100) return false;
+        m = m * 10 + (uint64_t)(p[i] - '0');
+        scale -= fraction;
+    }
+    if (i < size && (p[i] == 'e' || p[i] == 'E')) {
+        ++i;
+        negative = i < size && p[i] == '-';
+        if (i < size && (p[i] == '-' || p[i] == '+')) ++i;
+        for (; i < size && is_digit(p[i]) && exponent < 100; ++i)
+            exponent = exponent * 10 + (p[i] - '0');
+    }
+    if (i < size) return false;
+    scale += negative ? -exponent : exponent;
+    for (; scale < 0 && m % 10 == 0 && m; ++scale)
+        m /= 10;
+    for (; scale > 0 && m && m <= INT32_MAX; --scale)
+        m *= 10;
+    *value = m;
+    return (scale == 0 || m == 0) && m <= INT32_MAX;
+}
+
+/** Writes `value` over a token that has room for it. */
+static void put_number(struct scanner *s, struct token t, uint64_t value)
+{
+    char digits[24];
+    size_t n = 0;
+    do {
+        digits[n++] = (char)('0' + value % 10);
+        value /= 10;
+    } while (value);
+    if (n > t.end - t.start) return;
+    memset(s->text + t.start, ' ', t.end - t.start);
+    for (size_t i = 0; i < n; ++i)
+        s->text[t.start + i] = digits[n - 1 - i];
+}
+
+/** Takes a number; one that is whole loses its fraction or exponent. */
+static void take_number(struct scanner *s, struct token *t)
+{
+    bool plain = true;
+    t->start = s->at;
+    for (; s->at < s->size; ++s->at) {
+        const char c = s->text[s->at];
+        if (c == '.' || c == 'e' || c == 'E') plain = false;
+        if (!is_digit(c) && c != '.' && c != 'e' && c != 'E' && c != '+' && c != '-')
+            break;
+    }
+    t->end = s->at;
+    uint64_t value = 0;
+    if (!plain && whole_value(s->text + t->start, t->end - t->start, &value)) {
+        put_number(s, *t, value);
+    }
+}
+
+/** In an extension an integer beyond 2^31 would be truncated: it becomes the nearest
+ * real number that has room, 12345678901 -> 1.234567e10. */
+static void keep_large(struct scanner *s, struct token t)
+{
+    char *p = s->text + t.start;
+    size_t size = t.end - t.start;
+    if (size && *p == '-') {
+        ++p;
+        --size;
+    }
+    if (size < 10 || size > 300) return;
+    for (size_t i = 0; i < size; ++i) {
+        if (!is_digit(p[i])) return;
+    }
+    if (size == 10 && memcmp(p, "2147483647", 10) <= 0) return;
+    const size_t exponent = size - 1;
+    const size_t width = exponent < 10 ? 1 : (exponent < 100 ? 2 : 3);
+    char *end = p + size - width;
+    memmove(p + 2, p + 1, (size_t)(end - 1 - (p + 2)));
+    p[1] = '.';
+    end[-1] = 'e';
+    for (size_t k = width, x = exponent; k-- > 0; x /= 10)
+        end[k] = (char)('0' + x % 10);
+}
+
+/** An unsigned integer up to `most`. */
+static bool to_integer(struct scanner *s, struct token t, uint64_t most,
+                       uint64_t *value)
 {
     *value = 0;
-    for (size_t i = t.start; i < t.end; ++i) {
+    for (size_t i = t.start; i < t.end && s->text[i] != ' '; ++i) {
         const char c = s->text[i];
-        if (c < '0' || c > '9') {
+        if (!is_digit(c)) {
             return refuse(s, "an index or size is not an unsigned integer");
         }
         *value = *value * 10 + (uint64_t)(c - '0');
-        if (*value > INT32_MAX) return refuse(s, "an index or size is out of range");
+        if (*value > most) return refuse(s, "an index or size is out of range");
     }
     return true;
 }
@@ -238,7 +368,7 @@ static bool take_buffer_member(struct scanner *s, struct token key, bool *taken)
         (void)peek(s);
         take_number(s, &t);
         if (t.start == t.end) return refuse(s, "a byteLength is not a number");
-        if (!to_index(s, t, &buffer->byte_length)) return false;
+        if (!to_integer(s, t, MAX_SIZE, &buffer->byte_length)) return false;
         memset(s->text + t.start, ' ', t.end - t.start);
         s->text[t.start] = '1';
         return true;
@@ -247,17 +377,48 @@ static bool take_buffer_member(struct scanner *s, struct token key, bool *taken)
     return true;
 }
 
+static enum place place_in_root(const struct scanner *s, struct token key)
+{
+    if (same(s, key, "buffers")) return PLACE_BUFFERS;
+    if (same(s, key, "images")) return PLACE_IMAGES;
+    if (same(s, key, "meshes")) return PLACE_MESHES;
+    if (same(s, key, "materials")) return PLACE_MATERIALS;
+    if (same(s, key, "animations")) return PLACE_ANIMATIONS;
+    return same(s, key, "scene") ? PLACE_INDEX : PLACE_LIST;
+}
+
 static enum place place_of_member(const struct scanner *s, enum place place,
                                   struct token key)
 {
-    if (place == PLACE_FREE || same(s, key, "extras") || same(s, key, "extensions")) {
-        return PLACE_FREE;
-    }
-    if (place == PLACE_ROOT && same(s, key, "buffers")) return PLACE_BUFFERS;
-    if (place == PLACE_ROOT && same(s, key, "images")) return PLACE_IMAGES;
+    if (place == PLACE_FREE || place == PLACE_TREE) return place;
+    if (same(s, key, "extras")) return PLACE_FREE;
+    if (same(s, key, "extensions")) return PLACE_TREE;
+    if (place == PLACE_ROOT) return place_in_root(s, key);
     if (place == PLACE_ATTRIBUTES) return PLACE_INDEX;
+    if (place == PLACE_MESH && same(s, key, "primitives")) return PLACE_PRIMITIVES;
     if (same(s, key, "attributes")) return PLACE_ATTRIBUTES;
+    if (same(s, key, "sparse")) return PLACE_SPARSE;
+    if (is_size_key(s, key)) return place == PLACE_SPARSE ? PLACE_INDEX : PLACE_SIZE;
+    /* The indices and values of a sparse accessor are objects. */
+    if (place == PLACE_SPARSE && peek_object(s)) return PLACE_SPARSE;
     return is_index_key(s, key) ? PLACE_INDEX : PLACE_ANY;
+}
+
+/** Renames keys that tinygltf would do harm with. */
+static void rename_key(struct scanner *s, enum place place, struct token key)
+{
+    /* Nobody reads extras, but they are kept as a tree, 200 bytes for "0,". */
+    if (place != PLACE_ATTRIBUTES && same(s, key, "extras")) s->text[key.start] = '_';
+    /* The extensions of an animation are parsed again for each of its samplers. */
+    if (place == PLACE_ANIMATION && same(s, key, "extensions")) {
+        s->text[key.start] = '_';
+    }
+    /* Where an index accessor has no bufferView the file is refused, which would be
+     * all that are sparse or compressed. So it goes by as extras, which are free by
+     * now; the shim looks for it there. */
+    if (place == PLACE_PRIMITIVE && same(s, key, "indices")) {
+        memcpy(s->text + key.start, "extras\" ", 8);
+    }
 }
 
 static bool take_value(struct scanner *s, enum place place, int depth);
@@ -274,6 +435,7 @@ static bool take_member(struct scanner *s, enum place place, int depth)
     }
     if (taken) return true;
     const enum place inner = place_of_member(s, place, key);
+    rename_key(s, place, key);
     /* A second list would be counted from the end of the first. */
     bool *saw = inner == PLACE_BUFFERS
                     ? &s->saw_buffers
@@ -285,8 +447,7 @@ static bool take_member(struct scanner *s, enum place place, int depth)
 
 static bool take_object(struct scanner *s, enum place place, int depth)
 {
-    if (place == PLACE_INDEX)
-        place = PLACE_ANY; /* e.g. the sparse accessor's "indices" */
+    if (place == PLACE_INDEX || place == PLACE_SIZE) place = PLACE_ANY;
     if (!take(s, '{')) return false;
     if (peek(s) == '}') {
         ++s->at;
@@ -302,19 +463,45 @@ static bool take_object(struct scanner *s, enum place place, int depth)
     }
 }
 
+/** What an element of a list is, and what it costs beyond its values. */
+static enum place place_of_element(enum place list, uint64_t *cost)
+{
+    *cost = list == PLACE_MATERIALS ? COST_MATERIAL : COST_ITEM;
+    switch (list) {
+    case PLACE_BUFFERS:
+        return PLACE_BUFFER;
+    case PLACE_IMAGES:
+        return PLACE_IMAGE;
+    case PLACE_MESHES:
+        return PLACE_MESH;
+    case PLACE_PRIMITIVES:
+        return PLACE_PRIMITIVE;
+    case PLACE_ANIMATIONS:
+        return PLACE_ANIMATION;
+    case PLACE_LIST:
+    case PLACE_MATERIALS:
+        return PLACE_ANY;
+    default:
+        *cost = 0;
+        return list == PLACE_FREE || list == PLACE_TREE || list == PLACE_INDEX
+                   ? list
+                   : PLACE_ANY;
+    }
+}
+
 static bool take_element(struct scanner *s, enum place place, int depth)
 {
     struct pbnds_gltf_source *src = s->source;
-    if (place == PLACE_BUFFERS) {
-        if (!add_payload(s, &src->buffers, &src->buffer_count)) return false;
-        return take_value(s, PLACE_BUFFER, depth + 1);
+    uint64_t cost = 0;
+    const enum place element = place_of_element(place, &cost);
+    s->cost += cost;
+    if (element == PLACE_BUFFER && !add_payload(s, &src->buffers, &src->buffer_count)) {
+        return false;
     }
-    if (place == PLACE_IMAGES) {
-        if (!add_payload(s, &src->images, &src->image_count)) return false;
-        return take_value(s, PLACE_IMAGE, depth + 1);
+    if (element == PLACE_IMAGE && !add_payload(s, &src->images, &src->image_count)) {
+        return false;
     }
-    return take_value(
-        s, place == PLACE_FREE || place == PLACE_INDEX ? place : PLACE_ANY, depth + 1);
+    return take_value(s, element, depth + 1);
 }
 
 static bool take_array(struct scanner *s, enum place place, int depth)
@@ -337,6 +524,12 @@ static bool take_array(struct scanner *s, enum place place, int depth)
 static bool take_value(struct scanner *s, enum place place, int depth)
 {
     if (depth > MAX_DEPTH) return refuse(s, "its JSON is nested too deeply");
+    s->cost += place == PLACE_TREE ? COST_TREE : COST_VALUE;
+    if (s->cost > s->source->max_structure) {
+        s->no_memory = true;
+        return refuse(s, "it describes more than memory is allowed for, see "
+                         "--max-geometry");
+    }
     struct token t;
     const char c = peek(s);
     if (c == '{') return take_object(s, place, depth);
@@ -345,7 +538,9 @@ static bool take_value(struct scanner *s, enum place place, int depth)
     if (c == '-' || (c >= '0' && c <= '9')) {
         uint64_t unused;
         take_number(s, &t);
-        return place != PLACE_INDEX || to_index(s, t, &unused);
+        if (place == PLACE_TREE) keep_large(s, t);
+        if (place == PLACE_INDEX) return to_integer(s, t, INT32_MAX, &unused);
+        return place != PLACE_SIZE || to_integer(s, t, MAX_SIZE, &unused);
     }
     const size_t start = s->at;
     while (s->at < s->size && s->text[s->at] >= 'a' && s->text[s->at] <= 'z')

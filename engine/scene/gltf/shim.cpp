@@ -182,7 +182,8 @@ pbnds_gltf_primitive primitive_of(const tinygltf::Primitive &p)
     c.color = attribute(p, "COLOR_0");
     c.joints = attribute(p, "JOINTS_0");
     c.weights = attribute(p, "WEIGHTS_0");
-    c.indices = p.indices;
+    /* Renamed by the scan: see gltf/scan.c. */
+    c.indices = p.extras.IsInt() ? p.extras.GetNumberAsInt() : p.indices;
     c.material = p.material;
     c.mode = p.mode;
     c.more_joints = attribute(p, "JOINTS_1") >= 0;

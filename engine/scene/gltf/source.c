@@ -1,13 +1,12 @@
 #include "engine/scene/gltf/source.h"
 
-#include <errno.h>
-#include <limits.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+#include <strings.h>
+#include <unistd.h>
 
 #include "engine/core/file.h"
+#include "engine/scene/gltf/jail.h"
 
 static uint32_t get_u32(const uint8_t *p)
 {
@@ -95,12 +94,25 @@ static char *copy_text(const char *text)
     return copy;
 }
 
+size_t pbnds_gltf_max_file(const struct pbnds_gltf_options *options)
+{
+    const uint64_t most = options->max_file ? options->max_file : PBNDS_GLTF_MAX_FILE;
+    return most < SIZE_MAX / 4 ? (size_t)most : SIZE_MAX / 4;
+}
+
 enum pbnds_status pbnds_gltf_source_open(struct pbnds_gltf_source *source,
                                          const uint8_t *bytes, size_t size,
                                          const char *name, const char *folder,
+                                         const struct pbnds_gltf_options *options,
                                          struct pbnds_error *error)
 {
-    *source = (struct pbnds_gltf_source){.name = name};
+    *source = (struct pbnds_gltf_source){
+        .name = name,
+        .external = options->allow_external,
+        .max_file = pbnds_gltf_max_file(options),
+        .max_structure =
+            options->max_geometry ? options->max_geometry : PBNDS_GLTF_MAX_STRUCTURE,
+    };
     if (size == 0) return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: is empty", name);
     enum pbnds_status status = PBNDS_OK;
     if (folder) {
@@ -221,49 +233,39 @@ static enum pbnds_status resolve_data(const struct pbnds_gltf_source *source,
     return PBNDS_OK;
 }
 
-/** A path that may be opened: relative, without a scheme, without .. */
-static bool is_tame(const char *path, size_t length)
+/** The sentence of a file that stays closed. */
+static enum pbnds_status stays_closed(const struct pbnds_gltf_source *source,
+                                      enum pbnds_jail why, const char *path,
+                                      const char *what, size_t index,
+                                      struct pbnds_error *error)
 {
-    if (length == 0 || strlen(path) != length || path[0] == '/') return false;
-    const size_t first = strcspn(path, "/");
-    if (memchr(path, ':', first) || strchr(path, '\\')) return false;
-    for (const char *p = path; *p;) {
-        const size_t part = strcspn(p, "/");
-        if (part == 2 && p[0] == '.' && p[1] == '.') return false;
-        p += part;
-        while (*p == '/')
-            ++p;
-    }
-    return true;
+    static const char *const reasons[] = {
+        [PBNDS_JAIL_SCHEME] = "only relative paths and data: can be read",
+        [PBNDS_JAIL_OUTSIDE] =
+            "which lies outside of the folder of the file; --allow-external opens it",
+        [PBNDS_JAIL_MISSING] = "which is not there or cannot be read",
+        [PBNDS_JAIL_SPECIAL] = "which is not a plain file",
+    };
+    const bool hostile = why == PBNDS_JAIL_SCHEME || why == PBNDS_JAIL_OUTSIDE;
+    return pbnds_fail(error, hostile ? PBNDS_ERROR_FORMAT : PBNDS_ERROR_IO,
+                      "%s: %s %zu refers to \"%.200s\", %s", source->name, what, index,
+                      path, reasons[why]);
 }
 
-/** Real path of `path` when it is a regular file below the folder, else NULL. */
-static char *find_below(const char *folder, const char *path, bool *outside)
+static enum pbnds_status read_file(const struct pbnds_gltf_source *source,
+                                   struct pbnds_gltf_payload *payload, int fd,
+                                   const char *path, struct pbnds_error *error)
 {
-    *outside = false;
-    const size_t size = strlen(folder) + strlen(path) + 2;
-    char *joined = malloc(size);
-    char *root = realpath(folder, NULL);
-    char *real = NULL;
-    if (joined && root) {
-        memcpy(joined, folder, strlen(folder));
-        joined[strlen(folder)] = '/';
-        memcpy(joined + strlen(folder) + 1, path, strlen(path) + 1);
-        real = realpath(joined, NULL);
+    enum pbnds_status status = pbnds_file_read_open(
+        fd, path, source->max_file, &payload->owned, &payload->size, error);
+    if (status == PBNDS_ERROR_MEMORY) {
+        status = pbnds_fail(error, status,
+                            "%s: \"%.200s\" is larger than the limit of %zu MB (see "
+                            "--max-file) or than memory",
+                            source->name, path, source->max_file >> 20);
     }
-    if (real) {
-        const size_t length = strcmp(root, "/") == 0 ? 0 : strlen(root);
-        struct stat info;
-        *outside = strncmp(real, root, length) != 0 || real[length] != '/';
-        /* A pipe or a device would block or never end. */
-        if (*outside || stat(real, &info) != 0 || !S_ISREG(info.st_mode)) {
-            free(real);
-            real = NULL;
-        }
-    }
-    free(root);
-    free(joined);
-    return real;
+    payload->data = payload->owned;
+    return status;
 }
 
 static enum pbnds_status resolve_file(const struct pbnds_gltf_source *source,
@@ -271,35 +273,25 @@ static enum pbnds_status resolve_file(const struct pbnds_gltf_source *source,
                                       const char *what, size_t index,
                                       struct pbnds_error *error)
 {
-    char *uri = payload->uri;
-    const size_t length = percent_decode(uri);
-    bool outside = false;
-    if (!is_tame(uri, length)) {
-        return pbnds_fail(
-            error, PBNDS_ERROR_FORMAT,
-            "%s: %s %zu refers to \"%.200s\", only relative paths below the "
-            "folder of the file are allowed",
-            source->name, what, index, uri);
-    }
     if (!source->folder) {
         return pbnds_fail(
             error, PBNDS_ERROR_IO,
             "%s: %s %zu refers to the file \"%.200s\", which cannot be opened "
             "from memory",
-            source->name, what, index, uri);
+            source->name, what, index, payload->uri);
     }
-    char *path = find_below(source->folder, uri, &outside);
-    if (!path) {
-        return pbnds_fail(
-            error, outside ? PBNDS_ERROR_FORMAT : PBNDS_ERROR_IO,
-            outside ? "%s: %s %zu refers to \"%.200s\", which lies outside of "
-                      "the folder of the file"
-                    : "%s: %s %zu refers to \"%.200s\", which is not there",
-            source->name, what, index, uri);
-    }
-    enum pbnds_status status = pbnds_file_read(path, PBNDS_GLTF_MAX_FILE,
-                                               &payload->owned, &payload->size, error);
-    payload->data = payload->owned;
+    char *path = copy_text(payload->uri);
+    if (!path)
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", source->name);
+    const size_t length = percent_decode(path);
+    int fd = -1;
+    const enum pbnds_jail jail =
+        pbnds_jail_open(source->folder, path, length, source->external, &fd);
+    const enum pbnds_status status =
+        jail == PBNDS_JAIL_OPEN
+            ? read_file(source, payload, fd, path, error)
+            : stays_closed(source, jail, payload->uri, what, index, error);
+    if (fd >= 0) (void)close(fd);
     free(path);
     return status;
 }
@@ -311,7 +303,7 @@ enum pbnds_status pbnds_gltf_resolve(const struct pbnds_gltf_source *source,
 {
     if (payload->data) return PBNDS_OK;
     if (payload->uri) {
-        return strncmp(payload->uri, "data:", 5) == 0
+        return strncasecmp(payload->uri, "data:", 5) == 0
                    ? resolve_data(source, payload, what, index, error)
                    : resolve_file(source, payload, what, index, error);
     }

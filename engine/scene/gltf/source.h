@@ -6,13 +6,17 @@
 #ifndef PBNDS_ENGINE_SCENE_GLTF_SOURCE_H
 #define PBNDS_ENGINE_SCENE_GLTF_SOURCE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "engine/core/error.h"
+#include "engine/scene/gltf.h"
 
-/** Largest single file, and largest payload. */
-#define PBNDS_GLTF_MAX_FILE ((size_t)512 << 20)
+/** Largest single file, where the options say nothing. */
+#define PBNDS_GLTF_MAX_FILE ((uint64_t)2 << 30)
+/** What the parsed document may take where the options give no max_geometry. */
+#define PBNDS_GLTF_MAX_STRUCTURE ((uint64_t)4 << 30)
 
 /** What a buffer or an image refers to. */
 struct pbnds_gltf_payload {
@@ -26,7 +30,10 @@ struct pbnds_gltf_payload {
 struct pbnds_gltf_source {
     const char *name; /**< for messages, borrowed                                  */
     char *folder;     /**< URIs are looked for below; NULL: no file may be opened  */
-    char *json;       /**< owned, edited by pbnds_gltf_scan()                      */
+    bool external;    /**< files outside of the folder may be opened               */
+    size_t max_file;  /**< bytes                                                   */
+    uint64_t max_structure; /**< bytes of the parsed document, as estimated          */
+    char *json; /**< owned, edited by pbnds_gltf_scan()                      */
     size_t json_size;
     const uint8_t *bin; /**< BIN chunk, borrowed from the container; NULL: none      */
     size_t bin_size;
@@ -39,7 +46,10 @@ struct pbnds_gltf_source {
 enum pbnds_status pbnds_gltf_source_open(struct pbnds_gltf_source *source,
                                          const uint8_t *bytes, size_t size,
                                          const char *name, const char *folder,
+                                         const struct pbnds_gltf_options *options,
                                          struct pbnds_error *error) PBNDS_NODISCARD;
+/** The limit of the options, or PBNDS_GLTF_MAX_FILE. */
+size_t pbnds_gltf_max_file(const struct pbnds_gltf_options *options);
 void pbnds_gltf_source_free(struct pbnds_gltf_source *source);
 
 /** Makes the JSON safe for a parser that trusts it: bounds the nesting, refuses numbers

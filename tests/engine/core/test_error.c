@@ -48,6 +48,18 @@ static enum pbnds_status steps(enum pbnds_status first, int *calls)
     return PBNDS_OK;
 }
 
+/* A file name or a member of a hostile file must not write to the terminal. */
+static void test_no_control_characters(void **state)
+{
+    (void)state;
+    struct pbnds_error error;
+    (void)pbnds_fail(&error, PBNDS_ERROR_IO,
+                     "%s: a\nb\x1b[2Jc\x7f\xc2\x9b"
+                     "d \xc3\xa9",
+                     "x\r.glb");
+    assert_string_equal(error.message, "x?.glb: a?b?[2Jc???d \xc3\xa9");
+}
+
 static void test_try(void **state)
 {
     (void)state;
@@ -79,6 +91,7 @@ int main(void)
         cmocka_unit_test(test_sentence),
         cmocka_unit_test(test_no_listener),
         cmocka_unit_test(test_long_sentence_is_cut_and_terminated),
+        cmocka_unit_test(test_no_control_characters),
         cmocka_unit_test(test_try),
         cmocka_unit_test(test_values_are_stable),
     };
