@@ -1,207 +1,307 @@
-/* The reference path tracer; see pathtrace.h.
- *
- * At each vertex one direction is drawn from the light map (and gets a shadow ray) and
- * one from the BRDF (whose ray also finds the next vertex). A direction that both could
- * have drawn counts by the balance heuristic (Veach 1997, eq. 9.8). Emitting surfaces
- * are found by BRDF rays alone. Rays go one by one: packets of one pixel's rays were 10
- * to 20 % slower, because past the first hit they share nothing. */
+/* Pictures of paths; see pathtrace.h. */
 #include "engine/shade/pathtrace.h"
 
-#include <assert.h>
 #include <math.h>
 #include <string.h>
 
-#include "engine/shade/bsdf.h"
-#include "engine/shade/sampler.h"
+#include "engine/shade/path.h"
 #include "engine/shade/tiles.h"
 
-enum { DEFAULT_SPP = 256, DEFAULT_BOUNCES = 8, ROULETTE_BOUNCE = 3, TILE = 8 };
+enum { DEFAULT_SPP = 256, DEFAULT_SPP_NOISE = 4096, DEFAULT_BOUNCES = 8, TILE = 8 };
+/* Blocks of samples: how many there are at least, their greatest size, and how many make
+ * an estimate of noise. */
+enum { BLOCKS = 16, LARGEST_BLOCK = 64, ENOUGH_BLOCKS = 8 };
 
-/* The decisions at one vertex, for the sampler. */
-enum { SET_LIGHT, SET_BRDF, SET_ROULETTE, SET_COUNT };
+/* The picture so far: sums over samples, divided at the end. */
+struct film {
+    struct pbnds_image radiance,
+        direct;                /* direct: empty where not wanted             */
+    struct pbnds_image spread; /* sum_b n_b (m_b - m)^2; empty: not wanted    */
+    struct pbnds_image hits;   /* samples that met a surface; empty: all do   */
+};
 
 struct trace {
     const struct pbnds_shade_job *job;
-    int spp, max_bounces;
-    float *radiance, *direct; /* direct may be NULL */
+    struct pbnds_path_world world;
+    struct pbnds_light_table lights;
+    struct pbnds_camera_view view;
+    float pixel[2]; /* width of a pixel's cone: times distance, plus */
+    int spp, block;
+    int begin, end; /* samples of this pass */
+    struct film film;
 };
 
-/* The surface point that a path has come to. */
-struct vertex {
-    struct pbnds_vec3 position, ng, wo;
-    struct pbnds_bsdf bsdf;
-};
+/* Where the paths of a pixel start. */
+enum start { START_NOWHERE, START_SURFACE, START_CAMERA };
 
-struct path {
-    const struct trace *trace;
-    struct pbnds_sampler sampler;
-    struct vertex vertex;
-    struct pbnds_vec3 throughput;
-    int bounce; /* surfaces behind the vertex; 0 at the primary hit */
+/* Sums over one block. */
+struct block {
     struct pbnds_vec3 total, direct;
+    int hits;
 };
-
-static void add_light(struct path *path, struct pbnds_vec3 light)
-{
-    assert(light.x >= 0.0f && light.y >= 0.0f && light.z >= 0.0f);
-    assert(isfinite(light.x) && isfinite(light.y) && isfinite(light.z));
-    path->total = pbnds_add(path->total, light);
-    if (path->bounce == 0) path->direct = pbnds_add(path->direct, light);
-}
-
-static void draw(const struct path *path, int set, int dimensions, float *u)
-{
-    pbnds_sampler_get(&path->sampler, (uint32_t)(path->bounce * SET_COUNT + set),
-                      dimensions, u);
-}
-
-static struct pbnds_ray leave(const struct vertex *vertex, struct pbnds_vec3 wi)
-{
-    return (struct pbnds_ray){
-        .origin = pbnds_offset_origin(vertex->position, vertex->ng), .direction = wi};
-}
-
-/* n.wi, or 0 where the surface itself is in the way: below either of its normals. */
-static float cosine(const struct vertex *vertex, struct pbnds_vec3 wi)
-{
-    const float cos_i = pbnds_dot(vertex->bsdf.frame.n, wi);
-    return cos_i > 0.0f && pbnds_dot(vertex->ng, wi) > 0.0f ? cos_i : 0.0f;
-}
-
-/* Light from a direction drawn from the map. */
-static void gather_light(struct path *path)
-{
-    const struct vertex *vertex = &path->vertex;
-    float u[2];
-    draw(path, SET_LIGHT, 2, u);
-    const struct pbnds_env_sample s =
-        pbnds_envmap_sample(path->trace->job->envmap, u[0], u[1]);
-    const float cos_i = cosine(vertex, s.wi);
-    if (!(s.pdf > 0.0f) || cos_i == 0.0f) return;
-    const struct pbnds_vec3 f = pbnds_bsdf_eval(&vertex->bsdf, vertex->wo, s.wi);
-    const float pdf = s.pdf + pbnds_bsdf_pdf(&vertex->bsdf, vertex->wo, s.wi);
-    const struct pbnds_vec3 light =
-        pbnds_scale(pbnds_mul(pbnds_mul(path->throughput, f), s.radiance), cos_i / pdf);
-    if (pbnds_max3(light) == 0.0f) return;
-    const struct pbnds_ray ray = leave(vertex, s.wi);
-    if (!pbnds_accel_occluded(path->trace->job->accel, &ray, INFINITY))
-        add_light(path, light);
-}
-
-/* Paths that carry little end at random, the others make up for them. */
-static bool survives_roulette(struct path *path)
-{
-    if (path->bounce < ROULETTE_BOUNCE) return true;
-    const float keep = fminf(pbnds_max3(path->throughput), 0.95f);
-    float u;
-    draw(path, SET_ROULETTE, 1, &u);
-    if (u >= keep) return false;
-    path->throughput = pbnds_scale(path->throughput, 1.0f / keep);
-    return true;
-}
-
-/* Draws the next direction from the BRDF. false: the path ends here. */
-static bool scatter(struct path *path, struct pbnds_vec3 *wi, float *pdf)
-{
-    float u[3];
-    struct pbnds_brdf_sample s;
-    draw(path, SET_BRDF, 3, u);
-    if (!pbnds_bsdf_sample(&path->vertex.bsdf, path->vertex.wo, u[0], u[1], u[2], &s))
-        return false;
-    const float cos_i = cosine(&path->vertex, s.wi);
-    path->throughput = pbnds_scale(pbnds_mul(path->throughput, s.f), cos_i / s.pdf);
-    *wi = s.wi;
-    *pdf = s.pdf;
-    return pbnds_max3(path->throughput) > 0.0f && survives_roulette(path);
-}
-
-/* The ray left the scene: the map's light, weighed against gather_light(). */
-static void escape(struct path *path, struct pbnds_vec3 wi, float pdf)
-{
-    const struct pbnds_envmap *envmap = path->trace->job->envmap;
-    if (!envmap) return;
-    const float weight = pdf / (pdf + pbnds_envmap_pdf(envmap, wi));
-    const struct pbnds_vec3 radiance = pbnds_envmap_eval(envmap, wi);
-    add_light(path, pbnds_scale(pbnds_mul(path->throughput, radiance), weight));
-}
-
-static void arrive(struct path *path, const struct pbnds_hit *hit, struct pbnds_vec3 wi)
-{
-    struct vertex *vertex = &path->vertex;
-    struct pbnds_surface surface;
-    vertex->wo = pbnds_scale(wi, -1.0f);
-    pbnds_scene_surface(path->trace->job->scene, hit, vertex->wo, 0.0f, &surface);
-    vertex->position = surface.position;
-    vertex->ng = surface.ng;
-    vertex->bsdf = pbnds_bsdf_from_surface(&surface);
-    ++path->bounce;
-    add_light(path, pbnds_mul(path->throughput, surface.emission));
-}
-
-static void trace_path(struct path *path)
-{
-    for (;;) {
-        if (path->trace->job->envmap) gather_light(path);
-        struct pbnds_vec3 wi;
-        float pdf;
-        struct pbnds_hit hit;
-        if (!scatter(path, &wi, &pdf)) return;
-        const struct pbnds_ray ray = leave(&path->vertex, wi);
-        pbnds_accel_intersect(path->trace->job->accel, &ray, &hit);
-        if (hit.mesh == UINT32_MAX) {
-            escape(path, wi, pdf);
-            return;
-        }
-        if (path->bounce == path->trace->max_bounces) return;
-        arrive(path, &hit, wi);
-    }
-}
 
 static struct pbnds_vec3 plane3(float *const plane[3], size_t i)
 {
     return pbnds_vec3_make(plane[0][i], plane[1][i], plane[2][i]);
 }
 
-static void store(float *out, size_t i, struct pbnds_vec3 emission,
-                  struct pbnds_vec3 sum, int spp)
+static struct pbnds_ray camera_ray(const struct trace *trace, int x, int y,
+                                   const struct pbnds_sampler *sampler)
 {
-    if (!out) return;
-    const struct pbnds_vec3 mean = pbnds_mad(emission, sum, 1.0f / (float)spp);
-    out[3 * i] = mean.x, out[3 * i + 1] = mean.y, out[3 * i + 2] = mean.z;
+    float u[2] = {0.5f, 0.5f};
+    if (trace->job->gbuffer->samples > 1)
+        pbnds_sampler_get(sampler, PBNDS_PATH_SET_PIXEL, 2, u);
+    return pbnds_camera_view_ray(&trace->view, (float)x + u[0], (float)y + u[1]);
 }
 
-static void trace_pixel(const struct trace *trace, int x, int y, size_t i)
+/* Is the first surface of a pixel, of whatever opacity, one that lets nothing through?
+ * It is the one of the G-buffer then. */
+static bool starts_opaque(const struct trace *trace, int x, int y)
+{
+    const struct pbnds_ray ray =
+        pbnds_camera_view_ray(&trace->view, (float)x + 0.5f, (float)y + 0.5f);
+    const struct pbnds_query how = {.max_t = INFINITY, .blend_solid = true};
+    struct pbnds_hit hit;
+    pbnds_accel_intersect_query(trace->world.accel, &ray, &how, &hit);
+    if (hit.mesh == UINT32_MAX) return false;
+    const struct pbnds_scene *scene = trace->world.scene;
+    const int material = scene->meshes[hit.mesh].material;
+    return scene->materials[material].alpha_mode != PBNDS_ALPHA_BLEND ||
+           pbnds_scene_alpha(scene, &hit) >= 1.0f;
+}
+
+static enum start start_of(const struct trace *trace, int x, int y, size_t i)
 {
     const struct pbnds_gbuffer *g = trace->job->gbuffer;
-    const struct vertex first = {.position = plane3(g->position, i),
-                                 .ng = plane3(g->geometric_normal, i),
-                                 .wo = pbnds_gbuffer_wo(g, x, y),
-                                 .bsdf = pbnds_bsdf_from_gbuffer(g, i)};
-    struct pbnds_vec3 total = {0.0f, 0.0f, 0.0f}, direct = total;
-    for (int s = 0; s < trace->spp; ++s) {
-        struct path path = {.trace = trace,
-                            .sampler = pbnds_sampler_make(
-                                trace->job->seed, i, (uint32_t)s, (uint32_t)trace->spp),
-                            .vertex = first,
-                            .throughput = {1.0f, 1.0f, 1.0f}};
-        trace_path(&path);
-        total = pbnds_add(total, path.total);
-        direct = pbnds_add(direct, path.direct);
+    if (g->samples > 1) return START_CAMERA;
+    if (trace->world.blends && !starts_opaque(trace, x, y)) return START_CAMERA;
+    return g->coverage[i] > 0.0f ? START_SURFACE : START_NOWHERE;
+}
+
+static void trace_block(const struct trace *trace, int x, int y, size_t i,
+                        const struct pbnds_path_vertex *first, int begin, int end,
+                        struct block *block)
+{
+    memset(block, 0, sizeof *block);
+    for (int s = begin; s < end; ++s) {
+        const struct pbnds_sampler sampler =
+            pbnds_sampler_make(trace->job->seed, i, (uint32_t)s, (uint32_t)trace->spp);
+        struct pbnds_path_light light;
+        if (first) {
+            pbnds_path_trace(&trace->world, first, &sampler, &light);
+        } else {
+            const struct pbnds_ray ray = camera_ray(trace, x, y, &sampler);
+            if (!pbnds_path_trace_camera(&trace->world, &ray, trace->pixel, &sampler,
+                                         &light))
+                continue;
+        }
+        ++block->hits;
+        block->total = pbnds_add(block->total, light.total);
+        block->direct = pbnds_add(block->direct, light.direct);
     }
-    const struct pbnds_vec3 emission = plane3(g->emission, i);
-    store(trace->radiance, i, emission, total, trace->spp);
-    store(trace->direct, i, emission, direct, trace->spp);
+    if (first) {
+        const struct pbnds_vec3 emission = plane3(trace->job->gbuffer->emission, i);
+        block->total = pbnds_mad(block->total, emission, (float)(end - begin));
+        block->direct = pbnds_mad(block->direct, emission, (float)(end - begin));
+    }
+}
+
+/* Adds a block to the spread about the mean, one pass (West 1979): `before` samples of
+ * sum `sum` came earlier. */
+static void add_spread(float *spread, const float *sum, const float block[3],
+                       int before, int count)
+{
+    if (before == 0) return;
+    for (int c = 0; c < 3; ++c) {
+        const float d = block[c] / (float)count - sum[c] / (float)before;
+        spread[c] += d * d * ((float)before * (float)count / (float)(before + count));
+    }
+}
+
+static void add_block(struct film *film, size_t i, const struct block *block,
+                      int before, int count)
+{
+    const float total[3] = {block->total.x, block->total.y, block->total.z};
+    float *sum = film->radiance.data + 3 * i;
+    if (film->spread.data)
+        add_spread(film->spread.data + 3 * i, sum, total, before, count);
+    for (int c = 0; c < 3; ++c)
+        sum[c] += total[c];
+    if (film->direct.data) {
+        float *direct = film->direct.data + 3 * i;
+        direct[0] += block->direct.x;
+        direct[1] += block->direct.y;
+        direct[2] += block->direct.z;
+    }
+    if (film->hits.data) film->hits.data[i] += (float)block->hits;
+}
+
+static void trace_pixel(struct trace *trace, int x, int y)
+{
+    const struct pbnds_gbuffer *g = trace->job->gbuffer;
+    const size_t i = (size_t)y * (size_t)g->width + (size_t)x;
+    const enum start start = start_of(trace, x, y, i);
+    if (start == START_NOWHERE) return;
+    struct pbnds_path_vertex first;
+    if (start == START_SURFACE) {
+        first.position = plane3(g->position, i);
+        first.ng = plane3(g->geometric_normal, i);
+        first.wo = pbnds_gbuffer_wo(g, x, y);
+        first.bsdf = pbnds_bsdf_from_gbuffer(g, i);
+    }
+    for (int s = trace->begin; s < trace->end; s += trace->block) {
+        const int end = s + trace->block < trace->end ? s + trace->block : trace->end;
+        struct block block;
+        trace_block(trace, x, y, i, start == START_SURFACE ? &first : NULL, s, end,
+                    &block);
+        add_block(&trace->film, i, &block, s, end - s);
+    }
 }
 
 static void trace_tile(void *context, const struct pbnds_tile *tile)
 {
-    const struct trace *trace = context;
-    const struct pbnds_gbuffer *g = trace->job->gbuffer;
+    struct trace *trace = context;
     for (int y = tile->y0; y < tile->y1 && !pbnds_stop_requested(); ++y)
-        for (int x = tile->x0; x < tile->x1; ++x) {
-            const size_t i = (size_t)y * (size_t)g->width + (size_t)x;
-            if (g->coverage[i] > 0.0f) trace_pixel(trace, x, y, i);
+        for (int x = tile->x0; x < tile->x1; ++x)
+            trace_pixel(trace, x, y);
+}
+
+/* Passes. */
+
+/* Progress of one pass as a part of all of them. */
+struct pass_report {
+    const struct pbnds_report *report;
+    double before, share;
+};
+
+static void pass_progress(void *user, const char *stage, double done, double total)
+{
+    const struct pass_report *pass = user;
+    pbnds_progress(pass->report, stage, pass->before + pass->share * done / total, 1.0);
+}
+
+static enum pbnds_status run_pass(struct trace *trace, int begin, int end,
+                                  struct pbnds_error *error)
+{
+    struct pass_report pass = {.report = trace->job->report};
+    pass.before = (double)begin / trace->spp;
+    pass.share = (double)(end - begin) / trace->spp;
+    const struct pbnds_report report = {.progress = pass_progress, .user = &pass};
+    trace->begin = begin;
+    trace->end = end;
+    const struct pbnds_gbuffer *g = trace->job->gbuffer;
+    return pbnds_for_tiles(g->width, g->height, TILE, &report, "reference", trace_tile,
+                           trace, error);
+}
+
+/* n samples in blocks of `block`: the factor from spread to variance of the mean. */
+static double variance_scale(int n, int block)
+{
+    const int blocks = (n + block - 1) / block;
+    return 1.0 / ((double)(blocks - 1) * (double)n);
+}
+
+/* See pathtrace.h. In a fixed order: the answer must not depend on threads. */
+static double noise(const struct trace *trace, int n)
+{
+    const struct film *film = &trace->film;
+    const size_t count =
+        3 * (size_t)film->radiance.width * (size_t)film->radiance.height;
+    const double scale = variance_scale(n, trace->block);
+    double error = 0.0, sum = 0.0;
+    for (size_t k = 0; k < count; ++k) {
+        error += sqrt((double)film->spread.data[k] * scale);
+        sum += (double)film->radiance.data[k];
+    }
+    return sum > 0.0 ? error * n / sum : 0.0;
+}
+
+static enum pbnds_status run_passes(struct trace *trace, int *taken,
+                                    struct pbnds_error *error)
+{
+    const double target = (double)trace->job->noise;
+    *taken = trace->spp;
+    if (!(target > 0.0)) return run_pass(trace, 0, trace->spp, error);
+    for (int begin = 0; begin < trace->spp;) {
+        const int rest = trace->spp - begin;
+        const int end = begin + (rest < trace->block ? rest : trace->block);
+        PBNDS_TRY(run_pass(trace, begin, end, error));
+        *taken = end;
+        if (end / trace->block >= ENOUGH_BLOCKS && noise(trace, end) < target) break;
+        begin = end;
+    }
+    pbnds_progress(trace->job->report, "reference", 1.0, 1.0);
+    return PBNDS_OK;
+}
+
+/* Setting up, and the picture from the sums. */
+
+static int block_size(int spp)
+{
+    int block = 1;
+    while (block < LARGEST_BLOCK && 2 * block * BLOCKS <= spp)
+        block *= 2;
+    return block;
+}
+
+static enum pbnds_status open_film(const struct trace *trace, bool direct,
+                                   struct film *film, struct pbnds_error *error)
+{
+    const struct pbnds_shade_job *job = trace->job;
+    const int w = job->gbuffer->width, h = job->gbuffer->height;
+    PBNDS_TRY(pbnds_image_init(&film->radiance, w, h, 3, error));
+    if (direct) PBNDS_TRY(pbnds_image_init(&film->direct, w, h, 3, error));
+    if ((job->variance || job->noise > 0.0f) && trace->spp > 1)
+        PBNDS_TRY(pbnds_image_init(&film->spread, w, h, 3, error));
+    if (trace->world.blends || job->gbuffer->samples > 1)
+        PBNDS_TRY(pbnds_image_init(&film->hits, w, h, 1, error));
+    return PBNDS_OK;
+}
+
+static void close_film(struct film *film)
+{
+    pbnds_image_free(&film->radiance);
+    pbnds_image_free(&film->direct);
+    pbnds_image_free(&film->spread);
+    pbnds_image_free(&film->hits);
+}
+
+/* Sums become means: radiance over the samples that met something, coverage over all. */
+static void resolve(struct trace *trace, int n)
+{
+    struct film *film = &trace->film;
+    const size_t pixels = (size_t)film->radiance.width * (size_t)film->radiance.height;
+    const float scale =
+        film->spread.data ? (float)variance_scale(n, trace->block) : 0.0f;
+    for (size_t i = 0; i < pixels; ++i) {
+        const float hits = film->hits.data ? film->hits.data[i] : (float)n;
+        if (film->hits.data) film->hits.data[i] = hits / (float)n;
+        for (size_t k = 3 * i; k < 3 * i + 3; ++k) {
+            if (hits > 0.0f) film->radiance.data[k] /= hits;
+            if (hits > 0.0f && film->direct.data) film->direct.data[k] /= hits;
+            if (film->spread.data) film->spread.data[k] *= scale;
         }
+    }
+}
+
+/* Moves an image of the film to where it is wanted. */
+static void hand_over(struct pbnds_image *from, struct pbnds_image *to)
+{
+    if (!to) return;
+    *to = *from;
+    memset(from, 0, sizeof *from);
+}
+
+static enum pbnds_status trace_film(struct trace *trace, bool direct, int *taken,
+                                    struct pbnds_error *error)
+{
+    const struct pbnds_shade_job *job = trace->job;
+    PBNDS_TRY(pbnds_light_table_create(job->scene, job->envmap, &trace->lights, error));
+    enum pbnds_status status = open_film(trace, direct, &trace->film, error);
+    if (status == PBNDS_OK) status = run_passes(trace, taken, error);
+    if (status == PBNDS_OK) resolve(trace, *taken);
+    pbnds_light_table_free(&trace->lights);
+    return status;
 }
 
 static enum pbnds_status check(const struct pbnds_shade_job *job,
@@ -220,31 +320,49 @@ static enum pbnds_status check(const struct pbnds_shade_job *job,
     return PBNDS_OK;
 }
 
+static void set_up(struct trace *trace, const struct pbnds_shade_job *job,
+                   const struct pbnds_pathtrace_options *options)
+{
+    memset(trace, 0, sizeof *trace);
+    const int otherwise = job->noise > 0.0f ? DEFAULT_SPP_NOISE : DEFAULT_SPP;
+    trace->job = job;
+    trace->spp = options->spp > 0 ? options->spp : otherwise;
+    trace->block = block_size(trace->spp);
+    trace->view = pbnds_camera_view(&job->gbuffer->camera, job->gbuffer->width,
+                                    job->gbuffer->height);
+    trace->pixel[trace->view.orthographic ? 1 : 0] = trace->view.pixel;
+    trace->world = (struct pbnds_path_world){.scene = job->scene,
+                                             .accel = job->accel,
+                                             .envmap = job->envmap,
+                                             .lights = &trace->lights,
+                                             .max_bounces = options->max_bounces > 0
+                                                                ? options->max_bounces
+                                                                : DEFAULT_BOUNCES,
+                                             .blends = pbnds_accel_blends(job->accel)};
+}
+
 enum pbnds_status pbnds_pathtrace(const struct pbnds_shade_job *job,
                                   const struct pbnds_pathtrace_options *options,
                                   struct pbnds_image *radiance,
                                   struct pbnds_image *direct, struct pbnds_error *error)
 {
-    memset(radiance, 0, sizeof *radiance);
-    if (direct) memset(direct, 0, sizeof *direct);
+    static const struct pbnds_image empty;
+    *radiance = empty;
+    if (direct) *direct = empty;
+    if (job->variance) *job->variance = empty;
+    if (job->alpha) *job->alpha = empty;
     PBNDS_TRY(check(job, options, error));
-    const int width = job->gbuffer->width, height = job->gbuffer->height;
-    struct trace trace = {.job = job};
-    trace.spp = options->spp > 0 ? options->spp : DEFAULT_SPP;
-    trace.max_bounces =
-        options->max_bounces > 0 ? options->max_bounces : DEFAULT_BOUNCES;
-    enum pbnds_status status = pbnds_image_init(radiance, width, height, 3, error);
-    if (status == PBNDS_OK && direct)
-        status = pbnds_image_init(direct, width, height, 3, error);
+    struct trace trace;
+    int taken = 0;
+    set_up(&trace, job, options);
+    const enum pbnds_status status = trace_film(&trace, direct != NULL, &taken, error);
     if (status == PBNDS_OK) {
-        trace.radiance = radiance->data;
-        trace.direct = direct ? direct->data : NULL;
-        status = pbnds_for_tiles(width, height, TILE, job->report, "reference",
-                                 trace_tile, &trace, error);
+        hand_over(&trace.film.radiance, radiance);
+        hand_over(&trace.film.direct, direct);
+        hand_over(&trace.film.spread, job->variance);
+        hand_over(&trace.film.hits, job->alpha);
+        if (job->taken) *job->taken = taken;
     }
-    if (status != PBNDS_OK) {
-        pbnds_image_free(radiance);
-        if (direct) pbnds_image_free(direct);
-    }
+    close_film(&trace.film);
     return status;
 }

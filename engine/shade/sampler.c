@@ -66,8 +66,8 @@ struct pbnds_sampler pbnds_sampler_make(uint64_t seed, uint64_t pixel, uint32_t 
     return s;
 }
 
-void pbnds_sampler_get(const struct pbnds_sampler *sampler, uint32_t set,
-                       int dimensions, float *u)
+void pbnds_sampler_get_bits(const struct pbnds_sampler *sampler, uint32_t set,
+                            int dimensions, uint32_t *bits)
 {
     assert(dimensions >= 1 && dimensions <= 3);
     const uint64_t h = pbnds_mix64(sampler->key ^ pbnds_mix64(set)),
@@ -80,8 +80,22 @@ void pbnds_sampler_get(const struct pbnds_sampler *sampler, uint32_t set,
         sampler->mask;
     uint32_t x[3];
     sobol_reversed(order, dimensions, x);
-    for (int i = 0; i < dimensions; ++i) {
-        const uint32_t bits = reverse_bits(scramble_reversed(x[i], seed[i]));
-        u[i] = (float)(bits >> 8) * 0x1p-24f;
-    }
+    for (int i = 0; i < dimensions; ++i)
+        bits[i] = reverse_bits(scramble_reversed(x[i], seed[i]));
+}
+
+void pbnds_sampler_get(const struct pbnds_sampler *sampler, uint32_t set,
+                       int dimensions, float *u)
+{
+    uint32_t bits[3];
+    pbnds_sampler_get_bits(sampler, set, dimensions, bits);
+    for (int i = 0; i < dimensions; ++i)
+        u[i] = pbnds_sampler_unit(bits[i]);
+}
+
+uint32_t pbnds_sampler_hash(const struct pbnds_sampler *sampler, uint32_t set)
+{
+    const uint64_t salt = 0xd6e8feb86659fd93u; /* apart from the scrambling's hashes */
+    const uint64_t name = (uint64_t)sampler->index << 32 | set;
+    return (uint32_t)(pbnds_mix64(sampler->key ^ salt ^ pbnds_mix64(name)) >> 32);
 }

@@ -30,6 +30,16 @@ struct pbnds_sampler pbnds_sampler_make(uint64_t seed, uint64_t pixel, uint32_t 
  * function. */
 void pbnds_sampler_get(const struct pbnds_sampler *sampler, uint32_t set,
                        int dimensions, float *u);
+/** The same points at full resolution, in units of 2^-32. */
+void pbnds_sampler_get_bits(const struct pbnds_sampler *sampler, uint32_t set,
+                            int dimensions, uint32_t *bits);
+static inline float pbnds_sampler_unit(uint32_t bits)
+{
+    return (float)(bits >> 8) * 0x1p-24f;
+}
+/** A plain hash of (seed, pixel, sample, set), independent of the points above: the seed
+ *  of a ray that meets transparency by chance (accel.h). */
+uint32_t pbnds_sampler_hash(const struct pbnds_sampler *sampler, uint32_t set);
 
 #ifdef __cplusplus
 }

@@ -48,6 +48,9 @@ enum pbnds_status pbnds_shade(const struct pbnds_shader *shader,
                               struct pbnds_image *radiance, struct pbnds_error *error)
 {
     memset(radiance, 0, sizeof *radiance);
+    if (job->variance) memset(job->variance, 0, sizeof *job->variance);
+    if (job->alpha) memset(job->alpha, 0, sizeof *job->alpha);
+    if (job->taken) *job->taken = 0;
     PBNDS_TRY(check_job(shader, job, error));
     PBNDS_TRY(pbnds_image_init(radiance, job->gbuffer->width, job->gbuffer->height, 3,
                                error));

@@ -2,6 +2,13 @@
  * @file shader.h
  * The shading-pass table: what turns a G-buffer and a light map into radiance. Dispatched
  * once an image, not a pixel, because a network needs neighbours.
+ *
+ * Coverage. A shader gives the radiance of the part of a pixel that something covers. The
+ * pixel before light L_b is c radiance + (1 - c) L_b, with c the G-buffer's coverage, or
+ * the shader's own where it gave one (job.alpha): the reference does where it casts its own
+ * camera rays, through transparent layers or anti-aliased, since the G-buffer's transparency
+ * policy and its samples may differ. c radiance is unbiased then, radiance alone is its
+ * quotient with c.
  */
 #ifndef PBNDS_ENGINE_SHADE_SHADER_H
 #define PBNDS_ENGINE_SHADE_SHADER_H
@@ -32,8 +39,12 @@ struct pbnds_shade_job {
     float noise; /**< reference: stop when the relative standard error of the picture
                             is below this (pathtrace.h); 0: at spp                        */
     struct pbnds_image
-        *variance; /**< reference: where to put the variance of the mean of
-                            each pixel and channel, allocated there; NULL: not wanted      */
+        *variance; /**< reference: where to put the variance of the mean of each pixel
+                            and channel (pathtrace.h), allocated there; NULL: not wanted   */
+    struct pbnds_image
+        *alpha; /**< where a shader that finds its own coverage puts it, one channel,
+                            allocated there (else left empty); NULL: not wanted            */
+    int *taken; /**< reference: where to put the samples a pixel taken; or NULL      */
     size_t
         max_memory; /**< bytes of working memory to stay within where possible; 0: none  */
     const struct pbnds_report *report; /**< or NULL */
@@ -51,7 +62,7 @@ struct pbnds_shader_ops {
         *about; /**< one line for --help                                        */
 
     /** Fills `radiance` (already width x height x 3, zeroed; W m^-2 sr^-1, linear Rec. 709)
-     *  for every covered pixel; uncovered ones stay 0. Emission is included. Must not
+     *  for every covered pixel (by job->alpha where it gives that); others stay 0. Emission is included. Must not
      *  change the job. The classical passes hold no state and may be shared by threads;
      *  a shader with buffers of its own says so where it is made. */
     enum pbnds_status (*shade)(const struct pbnds_shader *self,

@@ -7,8 +7,7 @@ static enum pbnds_status shade(const struct pbnds_shader *self,
                                struct pbnds_image *radiance, struct pbnds_error *error)
 {
     (void)self;
-    const struct pbnds_pathtrace_options options = {.spp =
-                                                        job->spp > 0 ? job->spp : 256};
+    const struct pbnds_pathtrace_options options = {.spp = job->spp};
     struct pbnds_image traced;
     PBNDS_TRY(pbnds_pathtrace(job, &options, &traced, NULL, error));
     pbnds_image_free(radiance);

@@ -152,6 +152,24 @@ static inline void fixture_scene(struct fixture *f, const struct pbnds_mesh *mes
     f->job.seed = 7;
 }
 
+/* A texture of float texels for the scene, nearest, repeated; its index is 0. */
+static inline void fixture_texture_rgba(struct fixture *f, const float *texels,
+                                        int width, int height)
+{
+    struct pbnds_scene *scene = &f->scene;
+    const size_t size = 4 * (size_t)width * (size_t)height * sizeof *texels;
+    scene->images = must_alloc(1, sizeof *scene->images);
+    scene->textures = must_alloc(1, sizeof *scene->textures);
+    scene->image_count = scene->texture_count = 1;
+    scene->images[0].width = width;
+    scene->images[0].height = height;
+    scene->images[0].channels = 4;
+    scene->images[0].f32 = must_alloc(1, size);
+    memcpy(scene->images[0].f32, texels, size);
+    scene->textures[0].pixels = &scene->images[0];
+    scene->textures[0].nearest = true;
+}
+
 /* Looks from eye at target; 40 degrees. */
 static inline void fixture_view(struct fixture *f, struct pbnds_vec3 eye,
                                 struct pbnds_vec3 target, int width, int height)
