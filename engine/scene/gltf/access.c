@@ -27,6 +27,28 @@ static uint64_t component_size(int component)
     }
 }
 
+enum pbnds_status pbnds_gltf_buffer_bytes(struct pbnds_gltf_load_state *g,
+                                          int64_t index, uint64_t offset, uint64_t size,
+                                          const uint8_t **data)
+{
+    struct pbnds_gltf_payload *buffer = &g->source.buffers[index];
+    PBNDS_TRY(
+        pbnds_gltf_resolve(&g->source, buffer, "buffer", (size_t)index, g->error));
+    if (buffer->size < buffer->byte_length) {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: buffer %lld should have %llu bytes, it has %zu", g->name,
+                          (long long)index, (unsigned long long)buffer->byte_length,
+                          buffer->size);
+    }
+    if (offset > buffer->byte_length || size > buffer->byte_length - offset) {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: a bufferView reaches beyond buffer %lld", g->name,
+                          (long long)index);
+    }
+    *data = buffer->data + offset;
+    return PBNDS_OK;
+}
+
 enum pbnds_status pbnds_gltf_view_bytes(struct pbnds_gltf_load_state *g, int64_t index,
                                         const char *what, const uint8_t **data,
                                         uint64_t *size)
@@ -37,30 +59,19 @@ enum pbnds_status pbnds_gltf_view_bytes(struct pbnds_gltf_load_state *g, int64_t
                           g->name, what, (long long)index);
     }
     const struct pbnds_gltf_view *view = &g->doc.views[index];
+    *size = view->length;
+    if (view->meshopt.present) {
+        PBNDS_TRY(pbnds_gltf_unpack_view(g, index));
+        *data = view->unpacked;
+        return PBNDS_OK;
+    }
     if (view->buffer < 0 || (uint64_t)view->buffer >= g->doc.buffer_count) {
         return pbnds_fail(
             g->error, PBNDS_ERROR_FORMAT,
             "%s: bufferView %lld refers to buffer %lld, which does not exist", g->name,
             (long long)index, (long long)view->buffer);
     }
-    struct pbnds_gltf_payload *buffer = &g->source.buffers[view->buffer];
-    PBNDS_TRY(pbnds_gltf_resolve(&g->source, buffer, "buffer", (size_t)view->buffer,
-                                 g->error));
-    if (buffer->size < buffer->byte_length) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: buffer %lld should have %llu bytes, it has %zu", g->name,
-                          (long long)view->buffer,
-                          (unsigned long long)buffer->byte_length, buffer->size);
-    }
-    if (view->offset > buffer->byte_length ||
-        view->length > buffer->byte_length - view->offset) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: bufferView %lld reaches beyond its buffer", g->name,
-                          (long long)index);
-    }
-    *data = buffer->data + view->offset;
-    *size = view->length;
-    return PBNDS_OK;
+    return pbnds_gltf_buffer_bytes(g, view->buffer, view->offset, view->length, data);
 }
 
 enum pbnds_status pbnds_gltf_check_range(struct pbnds_gltf_load_state *g,
@@ -120,6 +131,10 @@ enum pbnds_status pbnds_gltf_accessor_at(struct pbnds_gltf_load_state *g, int64_
         return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
                           "%s: accessor %lld has the wrong type for %s", g->name,
                           (long long)index, what);
+    }
+    if (a->unpacked) {
+        *accessor = a;
+        return PBNDS_OK;
     }
     /* Without a buffer the file pays nothing for an element: bound it. */
     if (a->view < 0 && a->count > (1u << 24)) {
@@ -247,10 +262,12 @@ static enum pbnds_status read_all(struct pbnds_gltf_load_state *g,
                                   const struct pbnds_gltf_accessor *a, const char *what,
                                   put_element *put, void *out, size_t out_size)
 {
-    if (a->view >= 0) {
-        struct range r;
-        PBNDS_TRY(range_of(g, what, a->view, a->offset, a->count,
-                           pbnds_gltf_element_size(a), true, &r));
+    if (a->view >= 0 || a->unpacked) {
+        struct range r = {a->unpacked, pbnds_gltf_element_size(a)};
+        if (!a->unpacked) {
+            PBNDS_TRY(range_of(g, what, a->view, a->offset, a->count,
+                               pbnds_gltf_element_size(a), true, &r));
+        }
         for (uint64_t i = 0; i < a->count; ++i)
             put(a, out, i, r.data + i * r.stride);
     } else {

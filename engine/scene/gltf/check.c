@@ -76,7 +76,7 @@ static enum pbnds_status check_primitive(struct pbnds_gltf_load_state *g, size_t
     if (!exists(p->material, g->doc.material_count, true)) {
         return dangling(g, "mesh", mesh, "material", p->material);
     }
-    return PBNDS_OK;
+    return pbnds_gltf_check_mappings(g, p);
 }
 
 static enum pbnds_status check_meshes(struct pbnds_gltf_load_state *g)
@@ -131,16 +131,22 @@ static enum pbnds_status check_textures(struct pbnds_gltf_load_state *g)
         if (!exists(t->image, d->image_count, true)) {
             return dangling(g, "texture", i, "image", t->image);
         }
+        if (!exists(t->fallback, d->image_count, true)) {
+            return dangling(g, "texture", i, "image", t->fallback);
+        }
         if (!exists(t->sampler, d->sampler_count, true)) {
             return dangling(g, "texture", i, "sampler", t->sampler);
         }
     }
     for (size_t i = 0; i < d->material_count; ++i) {
         const struct pbnds_gltf_material *m = &d->materials[i];
-        const int64_t textures[] = {m->base_color_texture.index,
-                                    m->metallic_roughness_texture.index,
-                                    m->normal_texture.index, m->emissive_texture.index};
-        for (size_t k = 0; k < 4; ++k) {
+        const int64_t textures[] = {
+            m->base_color_texture.index,     m->metallic_roughness_texture.index,
+            m->normal_texture.index,         m->emissive_texture.index,
+            m->occlusion_texture.index,      m->specular_texture.index,
+            m->specular_color_texture.index,
+        };
+        for (size_t k = 0; k < sizeof textures / sizeof textures[0]; ++k) {
             if (exists(textures[k], d->texture_count, true)) continue;
             return dangling(g, "material", i, "texture", textures[k]);
         }
@@ -151,6 +157,7 @@ static enum pbnds_status check_textures(struct pbnds_gltf_load_state *g)
 enum pbnds_status pbnds_gltf_check(struct pbnds_gltf_load_state *g)
 {
     PBNDS_TRY(check_views(g));
+    PBNDS_TRY(pbnds_gltf_check_packed(g));
     PBNDS_TRY(check_accessors(g));
     PBNDS_TRY(check_meshes(g));
     PBNDS_TRY(check_nodes(g));

@@ -7,12 +7,6 @@
 #include "engine/core/file.h"
 #include "engine/scene/gltf/load.h"
 
-/* Required extensions other than these refuse the file, used ones are told about. */
-static const char *const supported[] = {
-    "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_specular",
-    "KHR_mesh_quantization",           "EXT_texture_webp",
-};
-
 void pbnds_gltf_name(char out[64], const char *name, const char *what, size_t index)
 {
     if (!name[0]) {
@@ -29,23 +23,6 @@ void pbnds_gltf_name(char out[64], const char *name, const char *what, size_t in
     out[size] = 0;
 }
 
-static bool is_supported(const char *extension)
-{
-    for (size_t i = 0; i < sizeof supported / sizeof supported[0]; ++i) {
-        if (strcmp(extension, supported[i]) == 0) return true;
-    }
-    return false;
-}
-
-/** Is an item of the list the same as one before it? */
-static bool is_repeated(const char *const *list, size_t i)
-{
-    for (size_t k = 0; k < i; ++k) {
-        if (strcmp(list[k], list[i]) == 0) return true;
-    }
-    return false;
-}
-
 static enum pbnds_status check_version(struct pbnds_gltf_load_state *g)
 {
     const struct pbnds_gltf_document *d = &g->doc;
@@ -58,25 +35,6 @@ static enum pbnds_status check_version(struct pbnds_gltf_load_state *g)
         return pbnds_fail(g->error, PBNDS_ERROR_UNSUPPORTED,
                           "%s: is glTF %.16s, only version 2.0 can be read", g->name,
                           newer ? d->min_version : d->version);
-    }
-    return PBNDS_OK;
-}
-
-static enum pbnds_status check_extensions(struct pbnds_gltf_load_state *g)
-{
-    const struct pbnds_gltf_document *d = &g->doc;
-    for (size_t i = 0; i < d->extensions_required_count; ++i) {
-        if (is_supported(d->extensions_required[i])) continue;
-        return pbnds_fail(g->error, PBNDS_ERROR_UNSUPPORTED,
-                          "%s: requires the extension %.100s, which is not supported",
-                          g->name, d->extensions_required[i]);
-    }
-    /* A hostile list is cut short: naming is quadratic in it. */
-    for (size_t i = 0; i < d->extensions_used_count && i < 64; ++i) {
-        const char *extension = d->extensions_used[i];
-        if (is_supported(extension) || is_repeated(d->extensions_used, i)) continue;
-        pbnds_warn(g->report, "%s: the extension %.100s is ignored", g->name,
-                   extension);
     }
     return PBNDS_OK;
 }
@@ -361,10 +319,6 @@ static void tell(const struct pbnds_gltf_load_state *g)
     if (g->more_joints) {
         pbnds_warn(r, "%s: a vertex has more than four joints, four are used", g->name);
     }
-    if (g->more_specular) {
-        pbnds_warn(r, "%s: of KHR_materials_specular only specularFactor is used",
-                   g->name);
-    }
     if (g->scene->triangle_count == 0) {
         pbnds_warn(r, "%s: has no triangles, only the background will be seen",
                    g->name);
@@ -382,10 +336,12 @@ static enum pbnds_status load(struct pbnds_gltf_load_state *g)
                           "%s: its list of buffers or images is not valid", g->name);
     }
     PBNDS_TRY(check_version(g));
-    PBNDS_TRY(check_extensions(g));
+    PBNDS_TRY(pbnds_gltf_check_extensions(g));
     PBNDS_TRY(pbnds_gltf_check(g));
+    PBNDS_TRY(pbnds_gltf_find_variant(g));
     PBNDS_TRY(place_nodes(g));
     PBNDS_TRY(pbnds_gltf_materials(g));
+    PBNDS_TRY(pbnds_gltf_unpack_meshes(g));
     PBNDS_TRY(fill_scene(g));
     measure(g->scene);
     tell(g);
@@ -409,6 +365,7 @@ enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
     enum pbnds_status status =
         pbnds_gltf_source_open(&g.source, bytes, size, name, folder, g.options, error);
     if (status == PBNDS_OK) status = load(&g);
+    pbnds_gltf_free_unpacked(&g);
     pbnds_gltf_document_free(&g.doc);
     pbnds_gltf_source_free(&g.source);
     free(g.world);

@@ -1,7 +1,8 @@
 /**
  * @file load.h
  * What the files of the glTF loader share: load.c (nodes, cameras), gltf/access.c
- * (typed reads), gltf/mesh.c (primitives), gltf/material.c (materials, textures).
+ * (typed reads), gltf/mesh.c (primitives), gltf/material.c, gltf/image.c and
+ * gltf/variant.c (looks), gltf/packed.c (compressed geometry), gltf/extensions.c.
  * Private.
  */
 #ifndef PBNDS_ENGINE_SCENE_GLTF_LOAD_H
@@ -30,7 +31,8 @@ struct pbnds_gltf_load_state {
     bool *in_scene;            /**< node belongs to the scene that is loaded    */
     uint64_t geometry_bytes;   /**< of the meshes so far, against a bomb        */
     size_t skipped_primitives; /**< points and lines                            */
-    bool morphs, more_joints, more_specular; /**< seen, for a warning */
+    int64_t variant;           /**< KHR_materials_variants, < 0: none            */
+    bool morphs, more_joints, more_texcoords; /**< seen, for a warning */
 };
 
 /** Copies a name into 64 bytes, cut at a whole UTF-8 character; `what N` if it is
@@ -67,10 +69,43 @@ enum pbnds_status pbnds_gltf_read_indices(struct pbnds_gltf_load_state *g,
                                           const struct pbnds_gltf_accessor *accessor,
                                           uint64_t limit,
                                           uint32_t *out) PBNDS_NODISCARD;
-/** The bytes of buffer view `index`. */
+/** `size` bytes of an existing buffer from `offset`. FORMAT where it has fewer. */
+enum pbnds_status pbnds_gltf_buffer_bytes(struct pbnds_gltf_load_state *g,
+                                          int64_t buffer, uint64_t offset,
+                                          uint64_t size,
+                                          const uint8_t **data) PBNDS_NODISCARD;
+/** The bytes of buffer view `index`, decompressed where they are compressed. */
 enum pbnds_status pbnds_gltf_view_bytes(struct pbnds_gltf_load_state *g, int64_t index,
                                         const char *what, const uint8_t **data,
                                         uint64_t *size) PBNDS_NODISCARD;
+
+/** Refuses a file that requires what is not read, tells what else is not. Errors:
+ *  UNSUPPORTED, with the names of all and what to convert with. */
+enum pbnds_status
+pbnds_gltf_check_extensions(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+
+/** Finds options->variant, by name or index. Errors: ARGUMENT, with a list of them. */
+enum pbnds_status
+pbnds_gltf_find_variant(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+/** Do the materials of a primitive's variants exist? FORMAT otherwise. */
+enum pbnds_status
+pbnds_gltf_check_mappings(struct pbnds_gltf_load_state *g,
+                          const struct pbnds_gltf_primitive *p) PBNDS_NODISCARD;
+/** The scene's material of a primitive, in the variant that was asked for. */
+int pbnds_gltf_material_of(const struct pbnds_gltf_load_state *g,
+                           const struct pbnds_gltf_primitive *p);
+
+/** Are the ranges of compressed geometry sound? FORMAT otherwise. */
+enum pbnds_status
+pbnds_gltf_check_packed(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+/** Fills view->unpacked of a compressed view. Errors: FORMAT, IO, MEMORY. */
+enum pbnds_status pbnds_gltf_unpack_view(struct pbnds_gltf_load_state *g,
+                                         int64_t index) PBNDS_NODISCARD;
+/** Fills accessor->unpacked for every Draco mesh of the scene. Errors: FORMAT, IO,
+ *  UNSUPPORTED, MEMORY. */
+enum pbnds_status
+pbnds_gltf_unpack_meshes(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+void pbnds_gltf_free_unpacked(struct pbnds_gltf_load_state *g);
 
 /** Materials (the default one last), textures and decoded images. */
 enum pbnds_status pbnds_gltf_materials(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;

@@ -414,8 +414,7 @@ enum pbnds_status pbnds_gltf_node_meshes(struct pbnds_gltf_load_state *g, size_t
         pbnds_gltf_name(mesh->name, source->name[0] ? source->name : n->name, "mesh",
                         (size_t)n->mesh);
         mesh->object_id = (uint32_t)node;
-        mesh->material =
-            p->material < 0 ? (int)g->doc.material_count : (int)p->material;
+        mesh->material = pbnds_gltf_material_of(g, p);
         g->morphs = g->morphs || p->morphed;
         const enum pbnds_status status = build_mesh(&b);
         free(b.skin);

@@ -13,6 +13,8 @@
 #include "engine/scene/gltf/shim.h"
 
 #include <algorithm>
+#include <cmath>
+#include <deque>
 #include <exception>
 #include <memory>
 #include <new>
@@ -36,7 +38,12 @@ struct Owner {
     std::vector<pbnds_gltf_material> materials;
     std::vector<pbnds_gltf_texture> textures;
     std::vector<pbnds_gltf_sampler> samplers;
-    std::vector<int64_t> image_views;
+    std::vector<pbnds_gltf_image> images;
+    std::vector<pbnds_gltf_draco> dracos;
+    std::vector<const char *> variants;
+    /* deques: what they hold is pointed to while they grow */
+    std::deque<std::vector<pbnds_gltf_mapping>> mappings;
+    std::deque<std::vector<int>> mapped_variants;
 };
 
 /* tinygltf gets no file and no pixels from us: it would look for them in the current
@@ -121,6 +128,63 @@ std::string remarks(const std::string &text)
     return "";
 }
 
+/** An extension's object, or null. */
+const tinygltf::Value *extension(const tinygltf::ExtensionMap &extensions,
+                                 const char *name)
+{
+    const auto found = extensions.find(name);
+    return found != extensions.end() && found->second.IsObject() ? &found->second
+                                                                 : nullptr;
+}
+
+double number(const tinygltf::Value &object, const char *member, double otherwise)
+{
+    if (!object.Has(member)) return otherwise;
+    const tinygltf::Value &value = object.Get(member);
+    return value.IsNumber() ? value.GetNumberAsDouble() : otherwise;
+}
+
+/** An index in an extension, which the scan of the text did not see: -1 when it is not
+ *  there, one that nothing has when it is no index. */
+int64_t extension_index(const tinygltf::Value &object, const char *member)
+{
+    if (!object.Has(member)) return -1;
+    const tinygltf::Value &value = object.Get(member);
+    return value.IsInt() && value.GetNumberAsInt() >= 0 ? value.GetNumberAsInt()
+                                                        : INT64_MAX;
+}
+
+/** An unsigned integer below 2^53, -1 for anything that is none. */
+int64_t whole(const tinygltf::Value &object, const char *member, int64_t otherwise)
+{
+    if (!object.Has(member)) return otherwise;
+    const tinygltf::Value &value = object.Get(member);
+    const double x = value.IsNumber() ? value.GetNumberAsDouble() : -1.0;
+    return x >= 0.0 && x < 9007199254740992.0 && x == std::floor(x)
+               ? static_cast<int64_t>(x)
+               : -1;
+}
+
+const char *text(const tinygltf::Value &object, const char *member,
+                 const char *otherwise)
+{
+    if (!object.Has(member)) return otherwise;
+    const tinygltf::Value &value = object.Get(member);
+    return value.IsString() ? value.Get<std::string>().c_str() : otherwise;
+}
+
+/** The first `count` numbers of an array; what is missing stays as it is. */
+void numbers(const tinygltf::Value &object, const char *member, double *out,
+             size_t count)
+{
+    if (!object.Has(member) || !object.Get(member).IsArray()) return;
+    const tinygltf::Value &list = object.Get(member);
+    for (size_t i = 0; i < count && i < list.ArrayLen(); ++i) {
+        const tinygltf::Value &value = list.Get(static_cast<int>(i));
+        if (value.IsNumber()) out[i] = value.GetNumberAsDouble();
+    }
+}
+
 int64_t attribute(const tinygltf::Primitive &p, const char *name)
 {
     const auto found = p.attributes.find(name);
@@ -145,10 +209,27 @@ int width_of(int type)
     }
 }
 
+pbnds_gltf_meshopt meshopt_of(const tinygltf::BufferView &v)
+{
+    pbnds_gltf_meshopt c{};
+    const tinygltf::Value *e = extension(v.extensions, "EXT_meshopt_compression");
+    if (!e) return c;
+    c.present = true;
+    c.buffer = extension_index(*e, "buffer");
+    c.offset = whole(*e, "byteOffset", 0);
+    c.length = whole(*e, "byteLength", -1);
+    c.stride = whole(*e, "byteStride", -1);
+    c.count = whole(*e, "count", -1);
+    c.mode = text(*e, "mode", "");
+    c.filter = text(*e, "filter", "NONE");
+    return c;
+}
+
 void copy_data(Owner &o)
 {
     for (const auto &v : o.model.bufferViews) {
-        o.views.push_back({v.buffer, v.byteOffset, v.byteLength, v.byteStride});
+        o.views.push_back({v.buffer, v.byteOffset, v.byteLength, v.byteStride,
+                           meshopt_of(v), nullptr});
     }
     for (const auto &a : o.model.accessors) {
         pbnds_gltf_accessor c{};
@@ -158,6 +239,7 @@ void copy_data(Owner &o)
         c.component = a.componentType;
         c.width = width_of(a.type);
         c.normalized = a.normalized;
+        c.draco_id = -1;
         c.sparse = a.sparse.isSparse;
         if (c.sparse) { /* unset otherwise */
             c.sparse_count = a.sparse.count;
@@ -171,6 +253,80 @@ void copy_data(Owner &o)
     }
 }
 
+/** A copy of an accessor that only a compressed mesh fills. */
+int unpacked_accessor(Owner &o, int index, int64_t draco_id)
+{
+    pbnds_gltf_accessor c = o.accessors[static_cast<size_t>(index)];
+    c.view = -1;
+    c.offset = 0;
+    c.sparse = false;
+    c.draco_id = draco_id;
+    o.accessors.push_back(c);
+    return static_cast<int>(o.accessors.size() - 1);
+}
+
+/** An index accessor for a compressed mesh, whether the file names one or not. */
+int unpacked_indices(Owner &o, int index)
+{
+    if (index >= 0) return unpacked_accessor(o, index, -1);
+    pbnds_gltf_accessor c{};
+    c.view = c.draco_id = -1;
+    c.component = PBNDS_GLTF_UINT;
+    c.width = 1;
+    o.accessors.push_back(c);
+    return static_cast<int>(o.accessors.size() - 1);
+}
+
+/** Points a primitive at what its compressed data hold: from here on it is like any
+ * other, a list of triangles. Dangling indices stay, and are told of later. */
+void take_draco(Owner &o, int64_t mesh, tinygltf::Primitive &p)
+{
+    const tinygltf::Value *e = extension(p.extensions, "KHR_draco_mesh_compression");
+    const int named = static_cast<int>(o.model.accessors.size());
+    if (!e || !e->Has("attributes") || !e->Get("attributes").IsObject()) return;
+    if ((p.mode != 4 && p.mode != 5) || p.indices >= named) return;
+    pbnds_gltf_draco c{};
+    c.mesh = mesh;
+    c.view = extension_index(*e, "bufferView");
+    c.counted = p.mode == 4 && p.indices >= 0;
+    c.first = o.accessors.size();
+    p.indices = unpacked_indices(o, p.indices);
+    p.mode = 4;
+    const tinygltf::Value &attributes = e->Get("attributes");
+    for (auto &a : p.attributes) {
+        if (!attributes.Has(a.first) || a.second < 0 || a.second >= named) continue;
+        a.second = unpacked_accessor(o, a.second,
+                                     extension_index(attributes, a.first.c_str()));
+    }
+    c.count = o.accessors.size() - c.first;
+    o.dracos.push_back(c);
+}
+
+/** KHR_materials_variants of a primitive. */
+void take_mappings(Owner &o, const tinygltf::Primitive &p, pbnds_gltf_primitive &c)
+{
+    const tinygltf::Value *e = extension(p.extensions, "KHR_materials_variants");
+    if (!e || !e->Has("mappings") || !e->Get("mappings").IsArray()) return;
+    std::vector<pbnds_gltf_mapping> list;
+    const tinygltf::Value &mappings = e->Get("mappings");
+    for (size_t i = 0; i < mappings.ArrayLen(); ++i) {
+        const tinygltf::Value &m = mappings.Get(static_cast<int>(i));
+        if (!m.IsObject() || !m.Has("variants") || !m.Get("variants").IsArray())
+            continue;
+        std::vector<int> variants;
+        for (size_t k = 0; k < m.Get("variants").ArrayLen(); ++k) {
+            const tinygltf::Value &v = m.Get("variants").Get(static_cast<int>(k));
+            variants.push_back(v.IsInt() ? v.GetNumberAsInt() : -1);
+        }
+        o.mapped_variants.push_back(std::move(variants));
+        const auto &kept = o.mapped_variants.back();
+        list.push_back({extension_index(m, "material"), kept.data(), kept.size()});
+    }
+    o.mappings.push_back(std::move(list));
+    c.mappings = o.mappings.back().data();
+    c.mapping_count = o.mappings.back().size();
+}
+
 pbnds_gltf_primitive primitive_of(const tinygltf::Primitive &p)
 {
     pbnds_gltf_primitive c{};
@@ -182,8 +338,7 @@ pbnds_gltf_primitive primitive_of(const tinygltf::Primitive &p)
     c.color = attribute(p, "COLOR_0");
     c.joints = attribute(p, "JOINTS_0");
     c.weights = attribute(p, "WEIGHTS_0");
-    /* Renamed by the scan: see gltf/scan.c. */
-    c.indices = p.extras.IsInt() ? p.extras.GetNumberAsInt() : p.indices;
+    c.indices = p.indices;
     c.material = p.material;
     c.mode = p.mode;
     c.more_joints = attribute(p, "JOINTS_1") >= 0;
@@ -193,10 +348,15 @@ pbnds_gltf_primitive primitive_of(const tinygltf::Primitive &p)
 
 void copy_graph(Owner &o)
 {
-    for (const auto &m : o.model.meshes) {
+    for (auto &m : o.model.meshes) {
         std::vector<pbnds_gltf_primitive> list;
-        for (const auto &p : m.primitives)
+        for (auto &p : m.primitives) {
+            /* Renamed by the scan: see gltf/scan.c. */
+            if (p.extras.IsInt()) p.indices = p.extras.GetNumberAsInt();
+            take_draco(o, static_cast<int64_t>(o.meshes.size()), p);
             list.push_back(primitive_of(p));
+            take_mappings(o, p, list.back());
+        }
         o.primitives.push_back(std::move(list));
         const auto &kept = o.primitives.back();
         o.meshes.push_back({m.name.c_str(), kept.data(), kept.size()});
@@ -231,14 +391,87 @@ void copy_graph(Owner &o)
     }
 }
 
-/** A number of an extension, or `otherwise`. */
-double extension_number(const tinygltf::ExtensionMap &extensions, const char *extension,
-                        const char *member, double otherwise)
+pbnds_gltf_texture_info no_texture()
 {
-    const auto found = extensions.find(extension);
-    if (found == extensions.end() || !found->second.Has(member)) return otherwise;
-    const tinygltf::Value &value = found->second.Get(member);
-    return value.IsNumber() ? value.GetNumberAsDouble() : otherwise;
+    return {-1, 0, false, {0.0, 0.0}, 0.0, {1.0, 1.0}};
+}
+
+/** `transform`: what KHR_texture_transform says, or null. */
+pbnds_gltf_texture_info texture_info(int64_t index, int64_t texcoord,
+                                     const tinygltf::Value *transform)
+{
+    pbnds_gltf_texture_info c = no_texture();
+    c.index = index;
+    c.texcoord = texcoord;
+    if (!transform) return c;
+    c.transformed = true;
+    c.texcoord = whole(*transform, "texCoord", texcoord);
+    c.rotation = number(*transform, "rotation", 0.0);
+    numbers(*transform, "offset", c.offset, 2);
+    numbers(*transform, "scale", c.scale, 2);
+    return c;
+}
+
+/** Any of tinygltf's three kinds of texture info. */
+template <class Info> pbnds_gltf_texture_info texture_of(const Info &info)
+{
+    return texture_info(info.index, info.texCoord,
+                        extension(info.extensions, "KHR_texture_transform"));
+}
+
+/** A texture info inside of an extension. */
+pbnds_gltf_texture_info texture_of(const tinygltf::Value &object, const char *member)
+{
+    if (!object.Has(member) || !object.Get(member).IsObject()) return no_texture();
+    const tinygltf::Value &info = object.Get(member);
+    const tinygltf::Value *transform = nullptr;
+    if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform")) {
+        transform = &info.Get("extensions").Get("KHR_texture_transform");
+    }
+    return texture_info(extension_index(info, "index"), whole(info, "texCoord", 0),
+                        transform);
+}
+
+void take_specular(const tinygltf::Value &e, pbnds_gltf_material &c)
+{
+    c.specular = number(e, "specularFactor", 1.0);
+    numbers(e, "specularColorFactor", c.specular_color, 3);
+    c.specular_texture = texture_of(e, "specularTexture");
+    c.specular_color_texture = texture_of(e, "specularColorTexture");
+}
+
+void take_specular_glossiness(const tinygltf::Value &e, pbnds_gltf_material &c)
+{
+    c.specular_glossiness = true;
+    c.metallic = 0.0;
+    c.roughness = 1.0 - number(e, "glossinessFactor", 1.0);
+    c.specular = 1.0;
+    std::fill_n(c.base_color, 4, 1.0);
+    std::fill_n(c.specular_color, 3, 1.0);
+    numbers(e, "diffuseFactor", c.base_color, 4);
+    numbers(e, "specularFactor", c.specular_color, 3);
+    c.base_color_texture = texture_of(e, "diffuseTexture");
+    c.specular_color_texture = texture_of(e, "specularGlossinessTexture");
+    c.metallic_roughness_texture = c.specular_texture = no_texture();
+}
+
+void take_extensions(const tinygltf::ExtensionMap &extensions, pbnds_gltf_material &c)
+{
+    c.emissive_strength = 1.0;
+    c.ior = 1.5;
+    if (const auto *e = extension(extensions, "KHR_materials_emissive_strength")) {
+        c.emissive_strength = number(*e, "emissiveStrength", 1.0);
+    }
+    if (const auto *e = extension(extensions, "KHR_materials_ior")) {
+        c.ior = number(*e, "ior", 1.5);
+    }
+    if (const auto *e = extension(extensions, "KHR_materials_specular")) {
+        take_specular(*e, c);
+    }
+    c.unlit = extension(extensions, "KHR_materials_unlit") != nullptr;
+    /* What is unlit shows the base colour of the core. */
+    const auto *old = extension(extensions, "KHR_materials_pbrSpecularGlossiness");
+    if (old && !c.unlit) take_specular_glossiness(*old, c);
 }
 
 pbnds_gltf_material material_of(const tinygltf::Material &m)
@@ -256,35 +489,38 @@ pbnds_gltf_material material_of(const tinygltf::Material &m)
     c.metallic = pbr.metallicFactor;
     c.roughness = pbr.roughnessFactor;
     c.normal_scale = m.normalTexture.scale;
+    c.occlusion_strength = m.occlusionTexture.strength;
     c.alpha_cutoff = m.alphaCutoff;
     c.double_sided = m.doubleSided;
-    c.emissive_strength = extension_number(
-        m.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1.0);
-    c.ior = extension_number(m.extensions, "KHR_materials_ior", "ior", 1.5);
-    c.specular =
-        extension_number(m.extensions, "KHR_materials_specular", "specularFactor", 1.0);
-    const auto specular = m.extensions.find("KHR_materials_specular");
-    c.more_specular = specular != m.extensions.end() &&
-                      (specular->second.Has("specularTexture") ||
-                       specular->second.Has("specularColorFactor") ||
-                       specular->second.Has("specularColorTexture"));
-    c.base_color_texture = {pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord};
-    c.metallic_roughness_texture = {pbr.metallicRoughnessTexture.index,
-                                    pbr.metallicRoughnessTexture.texCoord};
-    c.normal_texture = {m.normalTexture.index, m.normalTexture.texCoord};
-    c.emissive_texture = {m.emissiveTexture.index, m.emissiveTexture.texCoord};
+    c.specular = 1.0;
+    std::fill_n(c.specular_color, 3, 1.0);
+    c.base_color_texture = texture_of(pbr.baseColorTexture);
+    c.metallic_roughness_texture = texture_of(pbr.metallicRoughnessTexture);
+    c.normal_texture = texture_of(m.normalTexture);
+    c.emissive_texture = texture_of(m.emissiveTexture);
+    c.occlusion_texture = texture_of(m.occlusionTexture);
+    c.specular_texture = c.specular_color_texture = no_texture();
+    take_extensions(m.extensions, c);
     return c;
 }
 
 /** EXT_texture_webp names the image that every renderer with WebP should take. */
-int64_t image_of(const tinygltf::Texture &t)
+pbnds_gltf_texture texture_of(const tinygltf::Texture &t)
 {
-    const auto webp = t.extensions.find("EXT_texture_webp");
-    if (webp != t.extensions.end() && webp->second.Has("source")) {
-        const tinygltf::Value &source = webp->second.Get("source");
-        if (source.IsInt()) return source.GetNumberAsInt();
+    const tinygltf::Value *webp = extension(t.extensions, "EXT_texture_webp");
+    if (!webp || !webp->Has("source")) return {t.sampler, t.source, -1};
+    return {t.sampler, extension_index(*webp, "source"), t.source};
+}
+
+void copy_variants(Owner &o)
+{
+    const auto *root = extension(o.model.extensions, "KHR_materials_variants");
+    if (!root || !root->Has("variants") || !root->Get("variants").IsArray()) return;
+    const tinygltf::Value &list = root->Get("variants");
+    for (size_t i = 0; i < list.ArrayLen(); ++i) {
+        const tinygltf::Value &v = list.Get(static_cast<int>(i));
+        o.variants.push_back(v.IsObject() ? text(v, "name", "") : "");
     }
-    return t.source;
 }
 
 void copy_looks(Owner &o)
@@ -292,12 +528,13 @@ void copy_looks(Owner &o)
     for (const auto &m : o.model.materials)
         o.materials.push_back(material_of(m));
     for (const auto &t : o.model.textures)
-        o.textures.push_back({t.sampler, image_of(t)});
+        o.textures.push_back(texture_of(t));
     for (const auto &s : o.model.samplers) {
         o.samplers.push_back({s.magFilter, s.wrapS, s.wrapT});
     }
     for (const auto &i : o.model.images)
-        o.image_views.push_back(i.bufferView);
+        o.images.push_back({i.bufferView, i.mimeType.c_str()});
+    copy_variants(o);
     for (const auto &e : o.model.extensionsUsed)
         o.used.push_back(e.c_str());
     for (const auto &e : o.model.extensionsRequired)
@@ -332,8 +569,12 @@ void fill(Owner &o, pbnds_gltf_document *d)
     d->texture_count = o.textures.size();
     d->samplers = o.samplers.data();
     d->sampler_count = o.samplers.size();
-    d->image_views = o.image_views.data();
-    d->image_count = o.image_views.size();
+    d->images = o.images.data();
+    d->image_count = o.images.size();
+    d->dracos = o.dracos.data();
+    d->draco_count = o.dracos.size();
+    d->variants = o.variants.data();
+    d->variant_count = o.variants.size();
     d->buffer_count = o.model.buffers.size();
     d->animation_count = o.model.animations.size();
     d->scene = o.model.defaultScene;

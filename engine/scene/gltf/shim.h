@@ -23,9 +23,19 @@ enum pbnds_gltf_component {
     PBNDS_GLTF_FLOAT = 5126,
 };
 
+/** EXT_meshopt_compression of a bufferView. */
+struct pbnds_gltf_meshopt {
+    bool present;
+    int64_t buffer, offset, length, stride, count; /**< < 0: not a whole number */
+    const char *mode, *filter;
+};
+
 struct pbnds_gltf_view {
     int64_t buffer;
     uint64_t offset, length, stride; /**< stride 0: tightly packed */
+    struct pbnds_gltf_meshopt meshopt;
+    uint8_t *unpacked; /**< NULL, or what packed.c decoded: `length` bytes, owned by the
+                            load that did */
 };
 
 struct pbnds_gltf_accessor {
@@ -37,12 +47,26 @@ struct pbnds_gltf_accessor {
     int64_t sparse_count, sparse_index_view, sparse_index_offset, sparse_value_view,
         sparse_value_offset;
     int sparse_index_component;
+    int64_t draco_id;  /**< of an attribute in a compressed mesh, -1: its indices */
+    uint8_t *unpacked; /**< NULL, or what packed.c decoded: `count` packed elements,
+                            owned by the load that did */
+};
+
+/** KHR_draco_mesh_compression of one primitive. Its accessors are copies of those that
+ *  the file names, made for it alone: `first` (the indices) and those after it. */
+struct pbnds_gltf_draco {
+    int64_t mesh, view;
+    size_t first, count;
+    bool
+        counted; /**< the file says how many indices there are: TRIANGLES, not a strip */
 };
 
 /** Accessors of one primitive; < 0 means absent. */
 struct pbnds_gltf_primitive {
     int64_t position, normal, tangent, uv[2], color, joints, weights, indices;
     int64_t material;
+    const struct pbnds_gltf_mapping *mappings;
+    size_t mapping_count;
     int mode;         /**< 0 points ... 4 triangles, 5 strip, 6 fan */
     bool more_joints; /**< has JOINTS_1 */
     bool morphed;     /**< has targets  */
@@ -79,22 +103,44 @@ struct pbnds_gltf_camera {
     double yfov, ymag;
 };
 
+/** KHR_texture_transform's texCoord is in texcoord already. */
 struct pbnds_gltf_texture_info {
     int64_t index, texcoord;
+    bool transformed;
+    double offset[2], rotation, scale[2];
 };
 
+/** With specular_glossiness base_color holds the diffuse factor and texture, roughness
+ *  1 - glossinessFactor, specular_color the specularFactor and the
+ *  specularGlossinessTexture: the meaning that struct pbnds_material gives them. */
 struct pbnds_gltf_material {
     const char *name, *alpha_mode;
     double base_color[4], metallic, roughness, emissive[3], emissive_strength;
-    double normal_scale, alpha_cutoff, ior, specular;
-    bool double_sided;
-    bool more_specular; /**< KHR_materials_specular with a colour or textures */
+    double normal_scale, occlusion_strength, alpha_cutoff, ior, specular,
+        specular_color[3];
+    bool double_sided, unlit, specular_glossiness;
     struct pbnds_gltf_texture_info base_color_texture, metallic_roughness_texture,
-        normal_texture, emissive_texture;
+        normal_texture, emissive_texture, occlusion_texture, specular_texture,
+        specular_color_texture;
 };
 
 struct pbnds_gltf_texture {
-    int64_t sampler, image;
+    int64_t sampler;
+    int64_t image;    /**< EXT_texture_webp's where there is one */
+    int64_t fallback; /**< the other one where EXT_texture_webp's was taken, else -1 */
+};
+
+/** An image: a bufferView, or < 0 and the URI that pbnds_gltf_scan() took out. */
+struct pbnds_gltf_image {
+    int64_t view;
+    const char *mime_type; /**< of a bufferView's image; "" where none is given */
+};
+
+/** KHR_materials_variants: what a primitive wears in a variant. */
+struct pbnds_gltf_mapping {
+    int64_t material;
+    const int *variants;
+    size_t variant_count;
 };
 
 struct pbnds_gltf_sampler {
@@ -115,10 +161,12 @@ struct pbnds_gltf_document {
     struct pbnds_gltf_material *materials;
     struct pbnds_gltf_texture *textures;
     struct pbnds_gltf_sampler *samplers;
-    int64_t *image_views; /**< bufferView of each image, < 0: it has a URI */
+    struct pbnds_gltf_image *images;
+    struct pbnds_gltf_draco *dracos;
+    const char *const *variants; /**< names */
     size_t view_count, accessor_count, mesh_count, node_count, scene_count, skin_count,
         camera_count, material_count, texture_count, sampler_count, image_count,
-        buffer_count, animation_count;
+        buffer_count, animation_count, draco_count, variant_count;
     int64_t scene;     /**< default scene, < 0: none named */
     const char *notes; /**< what the parser grumbled about, may be empty */
     void *owner;       /**< what every pointer above points into */

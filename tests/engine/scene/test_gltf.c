@@ -77,7 +77,7 @@ static void faults_are_told(void **state)
          PBNDS_ERROR_UNSUPPORTED},
         {"\"asset\"", "\"atlas\"", PBNDS_ERROR_FORMAT},
         {"\"buffers\"",
-         "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"buffers\"",
+         "\"extensionsRequired\":[\"KHR_texture_basisu\"],\"buffers\"",
          PBNDS_ERROR_UNSUPPORTED},
         {"\"buffers\"", "\"buffers\":[],\"buffers\"", PBNDS_ERROR_FORMAT},
         {"\"buffers\"", "\"materials\":[{\"alphaMode\":\"GLASS\"}],\"buffers\"",

@@ -1,0 +1,156 @@
+/*
+ * Which extensions of glTF are read, and what is said of the others.
+ */
+#include <stdio.h>
+#include <string.h>
+
+#include "engine/scene/gltf/load.h"
+
+/** What becomes of an extension that is not read where the file does without it. */
+enum manner {
+    MANNER_READ,
+    MANNER_LAYER,  /* of a material: the base below it is rendered */
+    MANNER_OPAQUE, /* lets light through: rendered opaque */
+    MANNER_TEXTURE,
+    MANNER_OTHER,
+};
+
+static const struct {
+    const char *name;
+    enum manner manner;
+} known[] = {
+    {"KHR_draco_mesh_compression", MANNER_READ},
+    {"KHR_materials_emissive_strength", MANNER_READ},
+    {"KHR_materials_ior", MANNER_READ},
+    {"KHR_materials_pbrSpecularGlossiness", MANNER_READ},
+    {"KHR_materials_specular", MANNER_READ},
+    {"KHR_materials_unlit", MANNER_READ},
+    {"KHR_materials_variants", MANNER_READ},
+    {"KHR_mesh_quantization", MANNER_READ},
+    {"KHR_texture_transform", MANNER_READ},
+    {"EXT_meshopt_compression", MANNER_READ},
+    {"EXT_texture_webp", MANNER_READ},
+    {"KHR_materials_anisotropy", MANNER_LAYER},
+    {"KHR_materials_clearcoat", MANNER_LAYER},
+    {"KHR_materials_iridescence", MANNER_LAYER},
+    {"KHR_materials_sheen", MANNER_LAYER},
+    {"KHR_materials_diffuse_transmission", MANNER_OPAQUE},
+    {"KHR_materials_dispersion", MANNER_OPAQUE},
+    {"KHR_materials_subsurface", MANNER_OPAQUE},
+    {"KHR_materials_transmission", MANNER_OPAQUE},
+    {"KHR_materials_volume", MANNER_OPAQUE},
+    {"KHR_materials_volume_scatter", MANNER_OPAQUE},
+    {"KHR_texture_basisu", MANNER_TEXTURE},
+    {"EXT_texture_astc", MANNER_TEXTURE},
+    {"EXT_texture_avif", MANNER_TEXTURE},
+    {"MSFT_texture_dds", MANNER_TEXTURE},
+};
+
+static enum manner manner_of(const char *extension)
+{
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; ++i) {
+        if (strcmp(extension, known[i].name) == 0) return known[i].manner;
+    }
+    return MANNER_OTHER;
+}
+
+/** Is an item of the list the same as one before it? */
+static bool is_repeated(const char *const *list, size_t i)
+{
+    for (size_t k = 0; k < i; ++k) {
+        if (strcmp(list[k], list[i]) == 0) return true;
+    }
+    return false;
+}
+
+/** Names in a sentence: "A, B and 3 more". */
+struct names {
+    char text[480];
+    size_t used, left_out;
+};
+
+static void add_name(struct names *n, const char *name)
+{
+    const size_t room = sizeof n->text - n->used;
+    const int size =
+        snprintf(n->text + n->used, room, "%s%.100s", n->used ? ", " : "", name);
+    if (size > 0 && (size_t)size < room) {
+        n->used += (size_t)size;
+    } else {
+        n->text[n->used] = 0;
+        ++n->left_out;
+    }
+}
+
+static const char *finish(struct names *n)
+{
+    if (n->left_out) {
+        (void)snprintf(n->text + n->used, sizeof n->text - n->used, ", ...");
+    }
+    return n->text;
+}
+
+/** A hostile list is cut short: naming is quadratic in it. */
+enum { NAMED = 64 };
+
+/** Those extensions of a list that are treated in one of two manners. */
+static struct names collect(const char *const *list, size_t count, enum manner a,
+                            enum manner b)
+{
+    struct names n = {.used = 0};
+    for (size_t i = 0; i < count && i < NAMED; ++i) {
+        const enum manner m = manner_of(list[i]);
+        if ((m == a || m == b) && !is_repeated(list, i)) add_name(&n, list[i]);
+    }
+    return n;
+}
+
+/* A file that requires an extension must not be loaded without it: glTF 2.0, 3.12. */
+static enum pbnds_status refuse(struct pbnds_gltf_load_state *g)
+{
+    const char *const *list = g->doc.extensions_required;
+    const size_t count = g->doc.extensions_required_count;
+    struct names all = {.used = 0};
+    bool textures = false, others = false;
+    for (size_t i = 0; i < count; ++i) {
+        const enum manner m = manner_of(list[i]);
+        if (m == MANNER_READ || (i < NAMED && is_repeated(list, i))) continue;
+        textures = textures || m == MANNER_TEXTURE;
+        others = others || m != MANNER_TEXTURE;
+        add_name(&all, list[i]);
+    }
+    if (all.used == 0) return PBNDS_OK;
+    const char *advice =
+        "import it into Blender and export it as glTF 2.0 without them";
+    if (textures && !others) {
+        advice = "store its textures as PNG or JPEG, with `gltf-transform png IN OUT` "
+                 "or, for KTX2, `gltf-transform ktxdecompress IN OUT`";
+    }
+    return pbnds_fail(g->error, PBNDS_ERROR_UNSUPPORTED,
+                      "%s: requires the extensions %s, which are not supported; %s",
+                      g->name, finish(&all), advice);
+}
+
+enum pbnds_status pbnds_gltf_check_extensions(struct pbnds_gltf_load_state *g)
+{
+    PBNDS_TRY(refuse(g));
+    const char *const *list = g->doc.extensions_used;
+    const size_t count = g->doc.extensions_used_count;
+    struct names n = collect(list, count, MANNER_OTHER, MANNER_TEXTURE);
+    if (n.used)
+        pbnds_warn(g->report, "%s: the extensions %s are ignored", g->name, finish(&n));
+    n = collect(list, count, MANNER_LAYER, MANNER_LAYER);
+    if (n.used) {
+        pbnds_warn(g->report,
+                   "%s: %s: only the base material below these layers is rendered",
+                   g->name, finish(&n));
+    }
+    n = collect(list, count, MANNER_OPAQUE, MANNER_OPAQUE);
+    if (n.used) {
+        pbnds_warn(g->report,
+                   "%s: %s: no light goes through, such materials are rendered opaque "
+                   "with their base colour",
+                   g->name, finish(&n));
+    }
+    return PBNDS_OK;
+}
