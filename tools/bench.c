@@ -4,13 +4,14 @@
 #include <string.h>
 
 #include "engine/core/parallel.h"
+#include "tools/bench_scene.h"
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/shaders.h"
 #include "tools/shipped.h"
 #include "tools/world.h"
 
-enum { REPEATS = 5, SIDE = 512, SHADE_SIDE = 256 };
+enum { REPEATS = 5, SHADE_SIDE = 256, CAST_WIDTH = 1920, CAST_HEIGHT = 1080 };
 
 static int ascending(const void *a, const void *b)
 {
@@ -18,36 +19,110 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Median and best of the runs, as "stage=... median_s=..." for scripts. */
-static void print_line(const char *stage, const struct pbnds_gbuffer *g,
-                       double *seconds)
+static double median(double seconds[REPEATS])
 {
     qsort(seconds, REPEATS, sizeof *seconds, ascending);
-    const double pixels = (double)g->width * (double)g->height;
+    return seconds[REPEATS / 2];
+}
+
+/* Median and best of the runs, as "stage=... median_s=..." for scripts; the line stays
+ * open for more. */
+static void print_stage(const char *stage, int width, int height, int threads,
+                        double seconds[REPEATS])
+{
+    const double middle = median(seconds), pixels = (double)width * (double)height;
     (void)printf("stage=%s size=%dx%d threads=%d runs=%d median_s=%.6f best_s=%.6f "
-                 "pixels_per_s=%.0f\n",
-                 stage, g->width, g->height, pbnds_threads(), REPEATS,
-                 seconds[REPEATS / 2], seconds[0], pixels / seconds[REPEATS / 2]);
+                 "pixels_per_s=%.0f",
+                 stage, width, height, threads, REPEATS, middle, seconds[0],
+                 pixels / middle);
+}
+
+static void end_line(void)
+{
+    (void)printf("\n");
     (void)fflush(stdout);
 }
 
-/* One ray a pixel, so pixels are rays. */
-static enum pbnds_status bench_gbuffer(const struct tool_world *world,
+/* The million triangles and what looks at them. */
+struct stand {
+    struct pbnds_scene scene;
+    struct pbnds_accel *accel;
+    struct pbnds_camera camera;
+    int width, height;
+};
+
+static enum pbnds_status set_up(const struct tool_options *options, struct stand *stand,
+                                struct pbnds_error *error)
+{
+    stand->width = options->size[0] ? options->size[0] : CAST_WIDTH;
+    stand->height = options->size[1] ? options->size[1] : CAST_HEIGHT;
+    PBNDS_TRY(tool_bench_scene(&stand->scene, &stand->camera, error));
+    return pbnds_accel_create(&stand->scene, &stand->accel, error);
+}
+
+static void take_down(struct stand *stand)
+{
+    pbnds_accel_free(stand->accel);
+    pbnds_scene_free(&stand->scene);
+}
+
+/* Seconds of one G-buffer, and of the same rays through bare Embree. */
+static enum pbnds_status time_casts(const struct stand *stand, double *pass,
+                                    double *bare, struct pbnds_error *error)
+{
+    struct pbnds_gbuffer g;
+    const double start = tool_seconds();
+    PBNDS_TRY(pbnds_gbuffer_raycast(&stand->scene, stand->accel, &stand->camera,
+                                    stand->width, stand->height, NULL, &g, error));
+    const double middle = tool_seconds();
+    pbnds_gbuffer_free(&g);
+    const struct pbnds_camera_view view =
+        pbnds_camera_view(&stand->camera, stand->width, stand->height);
+    const double again = tool_seconds();
+    (void)pbnds_accel_bare_primary(stand->accel, &view, stand->width, stand->height);
+    *pass = middle - start;
+    *bare = tool_seconds() - again;
+    return tool_check_stop(error);
+}
+
+/* The whole pass beside bare Embree on the same tree and camera, with one thread and
+ * with all, in turns: a slow moment of the machine then hits all of them. One ray a
+ * pixel, so pixels are rays. */
+static enum pbnds_status bench_gbuffer(const struct stand *stand,
                                        struct pbnds_error *error)
 {
-    double seconds[REPEATS];
-    for (int i = 0; i < REPEATS; ++i) {
-        struct pbnds_gbuffer g;
-        const double start = tool_seconds();
-        PBNDS_TRY(pbnds_gbuffer_raycast(&world->scene, world->accel,
-                                        &world->gbuffer.camera, world->gbuffer.width,
-                                        world->gbuffer.height, NULL, &g, error));
-        seconds[i] = tool_seconds() - start;
-        pbnds_gbuffer_free(&g);
-        PBNDS_TRY(tool_check_stop(error));
+    const int all = pbnds_threads(), counts[2] = {1, all}, kinds = all > 1 ? 2 : 1;
+    double pass[2][REPEATS], bare[2][REPEATS], ratio[2][REPEATS], speedup[REPEATS];
+    enum pbnds_status status = PBNDS_OK;
+    for (int i = -1; i < REPEATS && status == PBNDS_OK; ++i) {
+        const int at = i < 0 ? 0 : i; /* the first round warms up and is written over */
+        for (int k = 0; k < kinds && status == PBNDS_OK; ++k) {
+            pbnds_set_threads(counts[k]);
+            status = time_casts(stand, &pass[k][at], &bare[k][at], error);
+            ratio[k][at] = bare[k][at] / pass[k][at];
+        }
+        speedup[at] = pass[0][at] / pass[kinds - 1][at];
     }
-    print_line("gbuffer", &world->gbuffer, seconds);
-    return PBNDS_OK;
+    pbnds_set_threads(all);
+    for (int k = 0; k < kinds && status == PBNDS_OK; ++k) {
+        print_stage("gbuffer", stand->width, stand->height, counts[k], pass[k]);
+        (void)printf(" bare_pixels_per_s=%.0f of_bare=%.3f",
+                     (double)stand->width * (double)stand->height / median(bare[k]),
+                     median(ratio[k]));
+        if (k) (void)printf(" speedup=%.2f", median(speedup));
+        end_line();
+    }
+    return status;
+}
+
+static enum pbnds_status run_gbuffer(const struct tool_options *options,
+                                     struct pbnds_error *error)
+{
+    struct stand stand = {.accel = NULL};
+    enum pbnds_status status = set_up(options, &stand, error);
+    if (status == PBNDS_OK) status = bench_gbuffer(&stand, error);
+    take_down(&stand);
+    return status;
 }
 
 static enum pbnds_status bench_shader(const struct tool_options *options,
@@ -68,7 +143,11 @@ static enum pbnds_status bench_shader(const struct tool_options *options,
         pbnds_image_free(&radiance);
         if (status == PBNDS_OK) status = tool_check_stop(error);
     }
-    if (status == PBNDS_OK) print_line(name, &world->gbuffer, seconds);
+    if (status == PBNDS_OK) {
+        print_stage(name, world->gbuffer.width, world->gbuffer.height, pbnds_threads(),
+                    seconds);
+        end_line();
+    }
     tool_shader_close(&shader);
     return status;
 }
@@ -78,16 +157,17 @@ static enum pbnds_status bench_all(const struct tool_options *options,
                                    int count, struct pbnds_error *error)
 {
     for (int i = 0; i < count; ++i) {
+        if (strcmp(stages[i], "gbuffer") == 0) {
+            PBNDS_TRY(run_gbuffer(options, error));
+            continue;
+        }
         struct tool_world world = {.accel = NULL};
         struct tool_options view = *options;
-        const bool gbuffer = strcmp(stages[i], "gbuffer") == 0;
-        if (!view.size[0]) view.size[0] = view.size[1] = gbuffer ? SIDE : SHADE_SIDE;
+        if (!view.size[0]) view.size[0] = view.size[1] = SHADE_SIDE;
         enum pbnds_status status = tool_world_scene(&view, scene, &world, error);
         if (status == PBNDS_OK) status = tool_world_light(&view, &world, error);
-        if (status == PBNDS_OK) {
-            status = gbuffer ? bench_gbuffer(&world, error)
-                             : bench_shader(options, stages[i], &world, error);
-        }
+        if (status == PBNDS_OK)
+            status = bench_shader(options, stages[i], &world, error);
         tool_world_free(&world);
         PBNDS_TRY(status);
     }

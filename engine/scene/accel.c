@@ -6,6 +6,7 @@
 #include "engine/scene/accel.h"
 
 #include <embree3/rtcore.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -197,6 +198,82 @@ void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,
     for (int i = 0; i < count && i < PBNDS_PACKET; ++i) {
         occluded[i] = valid[i] && query.tfar[i] < 0.0f;
     }
+}
+
+/* Measuring sticks. */
+
+enum { BARE_TILE = 16, BARE_BLOCK = 4 };
+
+struct bare {
+    const struct pbnds_accel *accel;
+    const struct pbnds_camera_view *view;
+    int width, height;
+    size_t tiles_across;
+    atomic_uint_least64_t hits;
+};
+
+/* A perspective ray through each pixel of a block, in the order of its lanes. */
+static void bare_rays(const struct bare *job, int x0, int y0, struct RTCRay16 *ray)
+{
+    const struct pbnds_camera_view *v = job->view;
+    for (int i = 0; i < PBNDS_PACKET; ++i) {
+        const float x = (float)(x0 + i % BARE_BLOCK) + 0.5f,
+                    y = (float)(y0 + i / BARE_BLOCK) + 0.5f;
+        const float sx = (x - v->center_x) * v->pixel;
+        const float sy = (v->center_y - y) * v->pixel;
+        ray->org_x[i] = v->eye.x;
+        ray->org_y[i] = v->eye.y;
+        ray->org_z[i] = v->eye.z;
+        ray->tnear[i] = 0.0f;
+        ray->dir_x[i] = v->forward.x + v->right.x * sx + v->up.x * sy;
+        ray->dir_y[i] = v->forward.y + v->right.y * sx + v->up.y * sy;
+        ray->dir_z[i] = v->forward.z + v->right.z * sx + v->up.z * sy;
+        ray->time[i] = 0.0f;
+        ray->tfar[i] = INFINITY;
+        ray->mask[i] = ~0u;
+        ray->id[i] = 0;
+        ray->flags[i] = 0;
+    }
+}
+
+static void bare_tile(void *context, size_t tile, int thread)
+{
+    (void)thread;
+    struct bare *job = context;
+    const int x0 = (int)(tile % job->tiles_across) * BARE_TILE;
+    const int y0 = (int)(tile / job->tiles_across) * BARE_TILE;
+    int valid[PBNDS_PACKET] __attribute__((aligned(64)));
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        valid[i] = -1;
+    struct context rules = {.query = NULL};
+    rtcInitIntersectContext(&rules.embree);
+    rules.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    uint_least64_t hits = 0;
+    for (int y = y0; y < y0 + BARE_TILE && y < job->height; y += BARE_BLOCK) {
+        for (int x = x0; x < x0 + BARE_TILE && x < job->width; x += BARE_BLOCK) {
+            struct RTCRayHit16 query;
+            bare_rays(job, x, y, &query.ray);
+            for (int i = 0; i < PBNDS_PACKET; ++i)
+                query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+            rtcIntersect16(valid, job->accel->scene, &rules.embree, &query);
+            for (int i = 0; i < PBNDS_PACKET; ++i)
+                hits += query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+        }
+    }
+    atomic_fetch_add(&job->hits, hits);
+}
+
+uint64_t pbnds_accel_bare_primary(const struct pbnds_accel *accel,
+                                  const struct pbnds_camera_view *view, int width,
+                                  int height)
+{
+    struct bare job = {.accel = accel, .view = view, .width = width, .height = height};
+    job.tiles_across = ((size_t)width + BARE_TILE - 1) / BARE_TILE;
+    atomic_init(&job.hits, 0);
+    pbnds_parallel_for(job.tiles_across *
+                           (((size_t)height + BARE_TILE - 1) / BARE_TILE),
+                       bare_tile, &job);
+    return atomic_load(&job.hits);
 }
 
 /* A number in [0, 1) that depends on nothing but the ray's seed and the triangle. */

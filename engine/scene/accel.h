@@ -65,6 +65,13 @@ void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,
                                  const struct pbnds_ray *rays, int count, float max_t,
                                  bool *occluded);
 
+/** A measuring stick: Embree with next to nothing around it. Makes the primary rays of an
+ *  image by packets of 4 x 4 pixels in tiles, on every thread, asks for their closest
+ *  hits and drops these. @return how many rays hit something */
+uint64_t pbnds_accel_bare_primary(const struct pbnds_accel *accel,
+                                  const struct pbnds_camera_view *view, int width,
+                                  int height);
+
 /** Start of a secondary ray: p moved off the surface along ng (which must face the new
  *  direction's side) by an amount scaled to float precision. Waechter and Binder 2019, "A
  *  Fast and Robust Method for Avoiding Self-Intersection". */
