@@ -56,11 +56,14 @@ static enum pbnds_status find_camera(const struct pbnds_scene *scene,
                       wanted, scene->camera_count);
 }
 
+/* *previous: the same camera at the earlier time, NULL where it did not move. */
 static enum pbnds_status pick_camera(const struct tool_options *options,
                                      const struct pbnds_scene *scene, const char *path,
                                      float aspect, struct pbnds_camera *camera,
+                                     struct pbnds_camera **previous,
                                      struct pbnds_error *error)
 {
+    *previous = NULL;
     if (options->camera && options->look_given) {
         return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
                           "--camera and --look each choose a camera; give one of them");
@@ -75,6 +78,10 @@ static enum pbnds_status pick_camera(const struct tool_options *options,
     if (found) {
         *camera = *found;
         if (options->fov > 0.0) camera->yfov = fov * PBNDS_PI / 180.0f;
+        if (scene->previous_cameras) {
+            *previous = &scene->previous_cameras[found - scene->cameras];
+            (*previous)->yfov = camera->yfov;
+        }
         return PBNDS_OK;
     }
     if (scene->triangle_count == 0) {
@@ -114,12 +121,13 @@ struct pbnds_gltf_options tool_gltf_options(const struct tool_options *options)
     };
 }
 
-/* The camera at the earlier time is the one of the same number. */
-static struct pbnds_raycast_options raycast_options(const struct tool_options *options)
+static struct pbnds_raycast_options raycast_options(const struct tool_options *options,
+                                                    const struct pbnds_camera *previous)
 {
     struct pbnds_raycast_options cast = {
         .samples = options->aov_samples,
         .through = (enum pbnds_through)options->aov_through,
+        .previous_camera = previous,
     };
     if (options->aovs) {
         cast.optional |=
@@ -139,12 +147,12 @@ enum pbnds_status tool_world_scene(const struct tool_options *options, const cha
     PBNDS_TRY(pbnds_gltf_load(path, &gltf, tool_report(), &world->scene, error));
     PBNDS_TRY(tool_check_stop(error));
     if (options->no_scene_lights) world->scene.light_count = 0;
-    struct pbnds_camera camera;
+    struct pbnds_camera camera, *previous = NULL;
     PBNDS_TRY(pick_camera(options, &world->scene, path, (float)width / (float)height,
-                          &camera, error));
+                          &camera, &previous, error));
     PBNDS_TRY(pbnds_accel_create(&world->scene, &world->accel, error));
     PBNDS_TRY(tool_check_stop(error));
-    const struct pbnds_raycast_options cast = raycast_options(options);
+    const struct pbnds_raycast_options cast = raycast_options(options, previous);
     PBNDS_TRY(pbnds_gbuffer_raycast(&world->scene, world->accel, &camera, width, height,
                                     &cast, &world->gbuffer, error));
     note_origin(options, world);

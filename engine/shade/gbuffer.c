@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/shade/cryptomatte.h"
 #include "engine/shade/gbuffer_planes.h"
 
 enum {
@@ -100,6 +101,7 @@ enum pbnds_status pbnds_gbuffer_init(struct pbnds_gbuffer *gbuffer, int width,
 
 void pbnds_gbuffer_free(struct pbnds_gbuffer *gbuffer)
 {
+    pbnds_cryptomatte_free(gbuffer->cryptomatte);
     free(gbuffer->storage);
     memset(gbuffer, 0, sizeof *gbuffer);
 }

@@ -32,6 +32,19 @@ struct pbnds_vec2 pbnds_image_motion(const struct pbnds_camera_view *now,
                                      struct pbnds_vec3 position,
                                      struct pbnds_vec3 previous);
 
+/** Does the cast take more than the surface at each pixel's centre? Then it is the one
+ *  below. */
+bool pbnds_raycast_is_antialiased(const struct pbnds_accel *accel,
+                                  const struct pbnds_raycast_options *options);
+/** Fills every plane of a G-buffer that was allocated and knows its camera and samples;
+ *  makes the Cryptomatte. The sum over the layers of a ray through BLEND surfaces stops
+ *  where less than 1/1000 of it is left, and at 64 layers. Errors: MEMORY; a stop that
+ *  was asked for is the caller's to see. */
+enum pbnds_status pbnds_gbuffer_raycast_antialiased(
+    const struct pbnds_scene *scene, const struct pbnds_accel *accel,
+    const struct pbnds_raycast_options *options, struct pbnds_gbuffer *gbuffer,
+    struct pbnds_error *error) PBNDS_NODISCARD;
+
 #ifdef __cplusplus
 }
 #endif

@@ -151,6 +151,8 @@ pbnds_gbuffer_raycast(const struct pbnds_scene *scene, const struct pbnds_accel 
     PBNDS_TRY(pbnds_gbuffer_allocate(gbuffer, width, height, options->optional,
                                      pbnds_scene_needs_fresnel(scene), error));
     gbuffer->camera = *camera;
+    gbuffer->samples = options->samples > 1 ? options->samples : 1;
+    gbuffer->through = options->through;
     const struct pbnds_camera *before =
         options->previous_camera ? options->previous_camera : camera;
     struct raycast job = {
@@ -161,11 +163,16 @@ pbnds_gbuffer_raycast(const struct pbnds_scene *scene, const struct pbnds_accel 
         .previous_view = pbnds_camera_view(before, width, height),
         .tiles_across = ((size_t)width + TILE - 1) / TILE,
     };
-    const size_t tiles_down = ((size_t)height + TILE - 1) / TILE;
-    pbnds_parallel_for(job.tiles_across * tiles_down, cast_tile, &job);
-    if (pbnds_stop_requested()) {
-        pbnds_gbuffer_free(gbuffer);
-        return pbnds_fail_interrupted(error);
+    enum pbnds_status status = PBNDS_OK;
+    if (pbnds_raycast_is_antialiased(accel, options)) {
+        status =
+            pbnds_gbuffer_raycast_antialiased(scene, accel, options, gbuffer, error);
+    } else {
+        const size_t tiles_down = ((size_t)height + TILE - 1) / TILE;
+        pbnds_parallel_for(job.tiles_across * tiles_down, cast_tile, &job);
     }
-    return PBNDS_OK;
+    if (status == PBNDS_OK && pbnds_stop_requested())
+        status = pbnds_fail_interrupted(error);
+    if (status != PBNDS_OK) pbnds_gbuffer_free(gbuffer);
+    return status;
 }
