@@ -24,8 +24,14 @@ struct pbnds_bsdf pbnds_bsdf_make(struct pbnds_vec3 n, struct pbnds_vec3 base_co
     struct pbnds_bsdf bsdf;
     bsdf.frame = pbnds_frame_from_normal(n);
     bsdf.c_diff = pbnds_scale(base, 1.0f - m);
+    bsdf.f0 = pbnds_max3(dielectric);
+    bsdf.f90 = unit(f90);
     bsdf.ggx = pbnds_ggx_from_gltf(pbnds_lerp(dielectric, base, m),
-                                   unit(f90) + m * (1.0f - unit(f90)), unit(roughness));
+                                   bsdf.f90 + m * (1.0f - bsdf.f90), unit(roughness));
+    bsdf.row = pbnds_ggx_albedo_row(bsdf.ggx.alpha);
+    const struct pbnds_ggx_albedo mean = pbnds_ggx_albedo_mean(bsdf.row);
+    const float left = 1.0f - (bsdf.f0 * mean.a + bsdf.f90 * mean.b);
+    bsdf.diffuse_scale = 1.0f / (PBNDS_PI * fmaxf(left, 1e-4f));
     return bsdf;
 }
 
@@ -59,15 +65,24 @@ struct pbnds_bsdf pbnds_bsdf_from_gbuffer(const struct pbnds_gbuffer *gbuffer, s
     return pbnds_bsdf_make(n, base, metallic, gbuffer->roughness[i], f0, f90);
 }
 
-/* (1 - F) c_diff / pi. The half vector bisects, so wo.h = sqrt((1 + wo.wi) / 2). */
+static bool has_diffuse(const struct pbnds_bsdf *bsdf)
+{
+    return pbnds_max3(bsdf->c_diff) > 0.0f;
+}
+
+/* 1 - E: what the dielectric's lobe leaves of light at this angle. */
+static float left_over(const struct pbnds_bsdf *bsdf, float cosine)
+{
+    const struct pbnds_ggx_albedo e = pbnds_ggx_albedo(bsdf->row, cosine);
+    return fmaxf(1.0f - (bsdf->f0 * e.a + bsdf->f90 * e.b), 0.0f);
+}
+
 static struct pbnds_vec3 diffuse_local(const struct pbnds_bsdf *bsdf,
                                        struct pbnds_vec3 wo, struct pbnds_vec3 wi)
 {
-    if (wo.z <= 0.0f || wi.z <= 0.0f) return BLACK;
-    const float cos_d = sqrtf(fmaxf(0.5f + 0.5f * pbnds_dot(wo, wi), 0.0f));
-    const struct pbnds_vec3 f = pbnds_schlick(bsdf->ggx.f0, bsdf->ggx.f90, cos_d);
-    const struct pbnds_vec3 kept = pbnds_sub(pbnds_splat(1.0f), f);
-    return pbnds_scale(pbnds_mul(kept, bsdf->c_diff), 1.0f / PBNDS_PI);
+    if (wo.z <= 0.0f || wi.z <= 0.0f || !has_diffuse(bsdf)) return BLACK;
+    const float coupling = left_over(bsdf, wo.z) * left_over(bsdf, wi.z);
+    return pbnds_scale(bsdf->c_diff, coupling * bsdf->diffuse_scale);
 }
 
 static struct pbnds_vec3 eval_local(const struct pbnds_bsdf *bsdf, struct pbnds_vec3 wo,
@@ -76,14 +91,16 @@ static struct pbnds_vec3 eval_local(const struct pbnds_bsdf *bsdf, struct pbnds_
     return pbnds_add(diffuse_local(bsdf, wo, wi), pbnds_ggx_eval(&bsdf->ggx, wo, wi));
 }
 
-/* Share of the samples that go to the specular lobe: the luminance of what each lobe
- * reflects, about; neither is starved, because the estimate is only an estimate. */
+/* Share of the samples that go to the specular lobe: the luminance of what each part
+ * reflects of light from wo. Neither is starved, because wo is not all that counts. */
 static float specular_share(const struct pbnds_bsdf *bsdf, float cos_o)
 {
-    const float specular =
-        pbnds_luminance(pbnds_schlick(bsdf->ggx.f0, bsdf->ggx.f90, cos_o));
-    const float diffuse = pbnds_luminance(bsdf->c_diff) * (1.0f - specular);
-    if (diffuse <= 0.0f) return 1.0f;
+    if (!has_diffuse(bsdf)) return 1.0f;
+    const struct pbnds_ggx_albedo e = pbnds_ggx_albedo(bsdf->row, cos_o);
+    const float specular = pbnds_luminance(bsdf->ggx.f0) * e.a + bsdf->ggx.f90 * e.b;
+    if (specular <= 0.0f) return 0.0f;
+    const float diffuse =
+        pbnds_luminance(bsdf->c_diff) * (1.0f - (bsdf->f0 * e.a + bsdf->f90 * e.b));
     return pbnds_clamp(specular / (specular + diffuse), 0.1f, 0.9f);
 }
 
