@@ -16,6 +16,12 @@ float pbnds_blinn_phong_exponent(float roughness)
     return exponent_from_alpha(pbnds_ggx_from_gltf(BLACK, 1.0f, roughness).alpha);
 }
 
+/* The inverse of the integral of (n.h)^m cos_i over the hemisphere, seen along n. */
+static float normalisation(float m)
+{
+    return (m + 2.0f) * (m + 4.0f) / (8.0f * PBNDS_PI * (m + exp2f(-0.5f * m)));
+}
+
 struct pbnds_blinn_phong pbnds_blinn_phong_make(const struct pbnds_bsdf *bsdf)
 {
     struct pbnds_blinn_phong lobe;
@@ -23,6 +29,7 @@ struct pbnds_blinn_phong pbnds_blinn_phong_make(const struct pbnds_bsdf *bsdf)
     lobe.f0 = bsdf->ggx.f0;
     lobe.c_diff = pbnds_mul(pbnds_sub(pbnds_splat(1.0f), lobe.f0), bsdf->c_diff);
     lobe.exponent = exponent_from_alpha(bsdf->ggx.alpha);
+    lobe.peak = normalisation(lobe.exponent);
     return lobe;
 }
 
@@ -47,10 +54,9 @@ static struct pbnds_vec3 eval_local(const struct pbnds_blinn_phong *lobe,
                                     struct pbnds_vec3 wo, struct pbnds_vec3 wi)
 {
     if (wo.z <= 0.0f || wi.z <= 0.0f) return BLACK;
-    const float m = lobe->exponent;
     const struct pbnds_vec3 h = pbnds_normalize(pbnds_add(wo, wi));
-    const float d = (m + 8.0f) / (8.0f * PBNDS_PI) * cosine_power(h, m);
-    return pbnds_mad(pbnds_scale(lobe->c_diff, 1.0f / PBNDS_PI), lobe->f0, d);
+    return pbnds_mad(pbnds_scale(lobe->c_diff, 1.0f / PBNDS_PI), lobe->f0,
+                     lobe->peak * cosine_power(h, lobe->exponent));
 }
 
 static float pdf_local(const struct pbnds_blinn_phong *lobe, struct pbnds_vec3 wo,
