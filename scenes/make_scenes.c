@@ -7,6 +7,7 @@
 
 #include "engine/core/file.h"
 #include "engine/core/parallel.h"
+#include "scenes/generator/chart.h"
 #include "scenes/generator/hdr.h"
 #include "scenes/generator/layout.h"
 #include "scenes/generator/sky.h"
@@ -17,7 +18,7 @@ static const char USAGE[] =
     "  -o DIR       folder for the files (made when missing)\n"
     "  --count N    writes N random worlds, world_00000.glb ...\n"
     "  --skies N    writes N random light maps, sky_00000.hdr ... (256x128)\n"
-    "  --shipped    writes still_life.glb, spheres.glb and sky.hdr (512x256)\n"
+    "  --shipped    writes still_life.glb, spheres.glb, sky.hdr, chart.glb, chart.hdr\n"
     "  --seed S     seed of all random choices (default 1)\n"
     "  --first I    number of the first file (default 0); file I is the same in any "
     "run\n"
@@ -136,6 +137,20 @@ static enum pbnds_status write_default_sky(const char *folder,
     return status;
 }
 
+static enum pbnds_status write_chart_light(const char *folder,
+                                           struct pbnds_error *error)
+{
+    enum { WIDTH = 512, HEIGHT = 256 };
+    char path[4096];
+    float *rgb = malloc(sizeof(float) * 3 * WIDTH * HEIGHT);
+    if (!rgb) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a light map");
+    gen_chart_light(WIDTH, HEIGHT, rgb);
+    (void)snprintf(path, sizeof path, "%s/chart.hdr", folder);
+    const enum pbnds_status status = gen_hdr_write(path, rgb, WIDTH, HEIGHT, error);
+    free(rgb);
+    return status;
+}
+
 static enum pbnds_status run(const struct options *o, struct pbnds_error *error)
 {
     struct job worlds = {.options = o, .write = write_world};
@@ -146,6 +161,8 @@ static enum pbnds_status run(const struct options *o, struct pbnds_error *error)
     if (!o->shipped) return PBNDS_OK;
     PBNDS_TRY(write_scene(o->folder, "still_life.glb", gen_still_life, error));
     PBNDS_TRY(write_scene(o->folder, "spheres.glb", gen_sphere_grid, error));
+    PBNDS_TRY(write_scene(o->folder, "chart.glb", gen_chart, error));
+    PBNDS_TRY(write_chart_light(o->folder, error));
     return write_default_sky(o->folder, error);
 }
 

@@ -135,42 +135,140 @@ static void print_pose(struct gen_bytes *json, struct pbnds_vec3 t, struct pbnds
         (double)q.w);
 }
 
-static void print_nodes(struct gen_bytes *json, const struct gen_world *w)
+/* Opens the next node of the list. */
+static void begin_node(struct gen_bytes *json, int *count)
 {
-    gen_bytes_print(json, ",\"nodes\":[");
+    gen_bytes_print(json, "%s{", (*count)++ ? "," : "");
+}
+
+static void print_objects(struct gen_bytes *json, const struct gen_world *w, int *count)
+{
     for (int i = 0; i < w->object_count; ++i) {
         const struct gen_object *o = &w->objects[i];
         const double s = (double)o->scale;
-        gen_bytes_print(json, "%s{\"name\":\"object_%d\",\"mesh\":%d,", i ? "," : "", i,
-                        i);
+        char number[32];
+        (void)snprintf(number, sizeof number, "object_%d", i);
+        begin_node(json, count);
+        gen_bytes_print(json, "\"name\":\"%s\",\"mesh\":%d,",
+                        o->name ? o->name : number, i);
         print_pose(json, o->translation, o->rotation);
         gen_bytes_print(json, ",\"scale\":[%.9g,%.9g,%.9g]}", s, s, s);
     }
-    if (w->camera.yfov > 0.0f) {
-        gen_bytes_print(json, ",{\"name\":\"main\",\"camera\":0,");
-        print_pose(json, w->camera.eye, look_rotation(w->camera.eye, w->camera.target));
-        gen_bytes_print(json, "}");
+}
+
+/* Cameras and lights both look along their -z. */
+static void print_onlooker(struct gen_bytes *json, struct pbnds_vec3 at,
+                           struct pbnds_vec3 target)
+{
+    gen_bytes_print(json, ",");
+    print_pose(json, at, look_rotation(at, target));
+    gen_bytes_print(json, "}");
+}
+
+static void print_nodes(struct gen_bytes *json, const struct gen_world *w)
+{
+    const struct gen_camera *const cameras[] = {&w->camera, &w->front};
+    static const char *const names[] = {"main", "front"};
+    int count = 0, camera_count = 0;
+    gen_bytes_print(json, ",\"nodes\":[");
+    print_objects(json, w, &count);
+    for (int i = 0; i < 2; ++i) {
+        if (!(cameras[i]->yfov > 0.0f)) continue;
+        begin_node(json, &count);
+        gen_bytes_print(json, "\"name\":\"%s\",\"camera\":%d", names[i],
+                        camera_count++);
+        print_onlooker(json, cameras[i]->eye, cameras[i]->target);
+    }
+    for (int i = 0; i < w->light_count; ++i) {
+        begin_node(json, &count);
+        gen_bytes_print(json,
+                        "\"name\":\"%s\",\"extensions\":{\"KHR_lights_punctual\":"
+                        "{\"light\":%d}}",
+                        w->lights[i].name, i);
+        print_onlooker(json, w->lights[i].at, w->lights[i].target);
     }
     gen_bytes_print(json, "],\"scenes\":[{\"nodes\":[");
-    const int count = w->object_count + (w->camera.yfov > 0.0f);
     for (int i = 0; i < count; ++i)
         gen_bytes_print(json, "%s%d", i ? "," : "", i);
     gen_bytes_print(json, "]}],\"scene\":0");
-    if (w->camera.yfov > 0.0f) {
+    if (camera_count > 0) gen_bytes_print(json, ",\"cameras\":[");
+    for (int i = 0, n = 0; i < 2; ++i) {
+        if (!(cameras[i]->yfov > 0.0f)) continue;
         gen_bytes_print(json,
-                        ",\"cameras\":[{\"name\":\"main\",\"type\":\"perspective\","
-                        "\"perspective\":{\"yfov\":%.9g,\"znear\":0.01}}]",
-                        (double)w->camera.yfov);
+                        "%s{\"name\":\"%s\",\"type\":\"perspective\","
+                        "\"perspective\":{\"yfov\":%.9g,\"znear\":0.01}}",
+                        n++ ? "," : "", names[i], (double)cameras[i]->yfov);
     }
+    if (camera_count > 0) gen_bytes_print(json, "]");
+}
+
+static void print_lights(struct gen_bytes *json, const struct gen_world *w)
+{
+    static const char *const kinds[] = {"directional", "point", "spot"};
+    if (w->light_count == 0) return;
+    gen_bytes_print(json, ",\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[");
+    for (int i = 0; i < w->light_count; ++i) {
+        const struct gen_light *l = &w->lights[i];
+        gen_bytes_print(json,
+                        "%s{\"name\":\"%s\",\"type\":\"%s\",\"color\":[%.9g,%.9g,%.9g],"
+                        "\"intensity\":%.9g",
+                        i ? "," : "", l->name, kinds[l->kind], (double)l->color.x,
+                        (double)l->color.y, (double)l->color.z, (double)l->intensity);
+        if (l->range > 0.0f) gen_bytes_print(json, ",\"range\":%.9g", (double)l->range);
+        if (l->kind == GEN_LIGHT_SPOT)
+            gen_bytes_print(
+                json, ",\"spot\":{\"innerConeAngle\":%.9g,\"outerConeAngle\":%.9g}",
+                (double)l->inner, (double)l->outer);
+        gen_bytes_print(json, "}");
+    }
+    gen_bytes_print(json, "]}}");
+}
+
+enum extension { IOR, SPECULAR, STRENGTH, UNLIT, LIGHTS, EXTENSION_COUNT };
+
+static const char *const extension_names[] = {
+    "KHR_materials_ior", "KHR_materials_specular", "KHR_materials_emissive_strength",
+    "KHR_materials_unlit", "KHR_lights_punctual"};
+
+static bool has_extension(const struct gen_material *m, int extension)
+{
+    switch ((enum extension)extension) {
+    case IOR:
+        return m->ior != 1.5f;
+    case SPECULAR:
+        return m->specular != 1.0f;
+    case STRENGTH:
+        return pbnds_max3(m->emission) > 1.0f;
+    case UNLIT:
+        return m->unlit;
+    default:
+        return false;
+    }
+}
+
+static void print_extensions(struct gen_bytes *json, const struct gen_material *m)
+{
+    static const char *const members[] = {"ior", "specularFactor", "emissiveStrength"};
+    const double values[] = {(double)m->ior, (double)m->specular,
+                             (double)pbnds_max3(m->emission)};
+    int count = 0;
+    for (int k = 0; k < LIGHTS; ++k) {
+        if (!has_extension(m, k)) continue;
+        gen_bytes_print(json, "%s\"%s\":{", count++ ? "," : ",\"extensions\":{",
+                        extension_names[k]);
+        if (k != UNLIT) gen_bytes_print(json, "\"%s\":%.9g", members[k], values[k]);
+        gen_bytes_print(json, "}");
+    }
+    if (count) gen_bytes_print(json, "}");
 }
 
 /* A material's texture factors are 1 where the image carries the value. */
 static void print_material(struct gen_bytes *json, const struct gen_material *m)
 {
     const struct pbnds_vec3 c = m->base_color;
-    gen_bytes_print(json,
-                    "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[%.9g,%.9g,%.9g,1]",
-                    (double)c.x, (double)c.y, (double)c.z);
+    gen_bytes_print(
+        json, "{\"pbrMetallicRoughness\":{\"baseColorFactor\":[%.9g,%.9g,%.9g,%.9g]",
+        (double)c.x, (double)c.y, (double)c.z, (double)m->alpha);
     gen_bytes_print(json, ",\"metallicFactor\":%.9g,\"roughnessFactor\":%.9g",
                     (double)m->metallic, (double)m->roughness);
     if (m->color_image >= 0) {
@@ -186,35 +284,36 @@ static void print_material(struct gen_bytes *json, const struct gen_material *m)
                         m->normal_image, (double)m->normal_scale);
     }
     if (m->double_sided) gen_bytes_print(json, ",\"doubleSided\":true");
-    const bool ior = m->ior != 1.5f, specular = m->specular != 1.0f;
-    if (ior || specular) gen_bytes_print(json, ",\"extensions\":{");
-    if (ior)
-        gen_bytes_print(json, "\"KHR_materials_ior\":{\"ior\":%.9g}", (double)m->ior);
-    if (ior && specular) gen_bytes_print(json, ",");
-    if (specular) {
-        gen_bytes_print(json, "\"KHR_materials_specular\":{\"specularFactor\":%.9g}",
-                        (double)m->specular);
+    if (m->blend) gen_bytes_print(json, ",\"alphaMode\":\"BLEND\"");
+    const float power = pbnds_max3(m->emission);
+    if (power > 0.0f) {
+        const struct pbnds_vec3 e = pbnds_scale(m->emission, 1.0f / fmaxf(power, 1.0f));
+        gen_bytes_print(json, ",\"emissiveFactor\":[%.9g,%.9g,%.9g]", (double)e.x,
+                        (double)e.y, (double)e.z);
     }
-    if (ior || specular) gen_bytes_print(json, "}");
+    print_extensions(json, m);
     gen_bytes_print(json, "}");
 }
 
 static void print_materials(struct gen_bytes *json, const struct gen_world *w)
 {
-    bool ior = false, specular = false;
+    bool used[EXTENSION_COUNT] = {false};
+    used[LIGHTS] = w->light_count > 0;
     gen_bytes_print(json, ",\"materials\":[");
     for (int i = 0; i < w->material_count; ++i) {
         if (i) gen_bytes_print(json, ",");
         print_material(json, &w->materials[i]);
-        ior = ior || w->materials[i].ior != 1.5f;
-        specular = specular || w->materials[i].specular != 1.0f;
+        for (int k = 0; k < LIGHTS; ++k)
+            used[k] = used[k] || has_extension(&w->materials[i], k);
     }
     gen_bytes_print(json, "]");
-    if (ior || specular) {
-        gen_bytes_print(json, ",\"extensionsUsed\":[%s%s%s]",
-                        ior ? "\"KHR_materials_ior\"" : "", ior && specular ? "," : "",
-                        specular ? "\"KHR_materials_specular\"" : "");
+    int count = 0;
+    for (int k = 0; k < EXTENSION_COUNT; ++k) {
+        if (!used[k]) continue;
+        gen_bytes_print(json, "%s\"%s\"", count++ ? "," : ",\"extensionsUsed\":[",
+                        extension_names[k]);
     }
+    if (count) gen_bytes_print(json, "]");
 }
 
 static void print_images(struct glb *g, struct gen_bytes *json,
@@ -252,6 +351,7 @@ enum pbnds_status gen_glb_write(struct gen_world *w, const char *path,
     print_meshes(&g, &json, w);
     print_nodes(&json, w);
     print_materials(&json, w);
+    print_lights(&json, w);
     print_images(&g, &json, w);
     gen_bytes_print(&json, ",\"bufferViews\":[");
     gen_bytes_add(&json, g.views.data, g.views.size);

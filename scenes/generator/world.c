@@ -9,7 +9,8 @@ void gen_world_free(struct gen_world *w)
     for (int i = 0; i < w->image_count; ++i)
         gen_bytes_free(&w->images[i]);
     w->part_count = w->object_count = w->material_count = w->image_count = 0;
-    w->camera.yfov = 0.0f;
+    w->light_count = 0;
+    w->camera.yfov = w->front.yfov = 0.0f;
     w->failed = false;
 }
 
@@ -135,7 +136,8 @@ struct gen_material gen_material_plain(struct pbnds_vec3 base_color, float metal
                                    .color_image = -1,
                                    .surface_image = -1,
                                    .normal_image = -1,
-                                   .repeat = 1.0f};
+                                   .repeat = 1.0f,
+                                   .alpha = 1.0f};
     return m;
 }
 

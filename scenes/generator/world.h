@@ -18,6 +18,10 @@ struct gen_material {
     int color_image, surface_image, normal_image; /**< -1: none */
     float repeat; /**< texture repeats over a mesh's unit of uv */
     bool double_sided;
+    struct pbnds_vec3 emission; /**< radiance */
+    bool unlit;
+    float alpha;
+    bool blend; /**< alphaMode BLEND; opaque otherwise */
 };
 
 struct gen_part {
@@ -31,6 +35,7 @@ struct gen_object {
     struct pbnds_vec3 translation;
     struct pbnds_vec4 rotation;
     float scale;
+    const char *name;         /**< NULL: numbered                                   */
     struct pbnds_vec3 lo, hi; /**< bounds in the world, after gen_object_place() */
 };
 
@@ -39,11 +44,23 @@ struct gen_camera {
     float yfov;
 };
 
+enum gen_light_kind { GEN_LIGHT_DIRECTIONAL, GEN_LIGHT_POINT, GEN_LIGHT_SPOT };
+
+/** KHR_lights_punctual. */
+struct gen_light {
+    const char *name;
+    enum gen_light_kind kind;
+    struct pbnds_vec3 at, target, color;
+    float intensity, range; /**< range 0: unlimited                                 */
+    float inner, outer;     /**< of a spot: half angles, radians                    */
+};
+
 enum {
     GEN_MAX_PARTS = 256,
     GEN_MAX_OBJECTS = 128,
     GEN_MAX_MATERIALS = 128,
-    GEN_MAX_IMAGES = 96
+    GEN_MAX_IMAGES = 96,
+    GEN_MAX_LIGHTS = 8
 };
 
 /** Fixed room: what does not fit is left out (parts) or shared (materials). */
@@ -56,8 +73,11 @@ struct gen_world {
     int material_count;
     struct gen_bytes images[GEN_MAX_IMAGES]; /**< PNG files */
     int image_count;
-    struct gen_camera camera; /**< yfov 0: none */
-    bool failed;              /**< memory ran out */
+    struct gen_camera camera; /**< "main"; yfov 0: none */
+    struct gen_camera front;  /**< a second one, likewise */
+    struct gen_light lights[GEN_MAX_LIGHTS];
+    int light_count;
+    bool failed; /**< memory ran out */
 };
 
 void gen_world_free(struct gen_world *w);
