@@ -62,37 +62,38 @@ static void diffuse_furnace_is_exact(void **state)
     }
 }
 
-/* White metal along the normal: (m + 8)(m + 2^(-m/2)) / ((m + 2)(m + 4)). */
-static void specular_furnace_has_its_closed_form(void **state)
+/* White metal along the normal: all of the light, at every exponent. */
+static void specular_furnace_closes_along_the_normal(void **state)
 {
     (void)state;
-    double kept, largest = 0.0;
-    for (float roughness = 0.05f; roughness <= 1.0f; roughness += 0.05f) {
+    double kept;
+    for (float roughness = 0.0f; roughness <= 1.0f; roughness += 0.05f) {
         const struct pbnds_blinn_phong b = make(1.0f, roughness, 0.0f);
         const struct lobe lobe = lobe_of(&b);
-        const double m = (double)b.exponent;
-        const double expected =
-            (m + 8.0) * (m + pow(2.0, -m / 2.0)) / ((m + 2.0) * (m + 4.0));
-        const double albedo =
-            sampled_albedo(&lobe, direction(1.0f, 0.0f), 1 << 14, &kept);
-        assert_near(albedo, expected, 2e-3);
-        largest = fmax(largest, expected);
+        assert_near(sampled_albedo(&lobe, direction(1.0f, 0.0f), 1 << 14, &kept), 1.0,
+                    2e-3);
     }
-    assert_near(largest, 1.075, 2e-3); /* what the header admits */
+    /* the hand-made case m = 0: a constant lobe of 1 / pi */
+    const struct pbnds_blinn_phong chalk = make(1.0f, 1.0f, 0.0f);
+    assert_near(chalk.peak, 1.0 / acos(-1.0), 1e-7);
 }
 
 static void off_the_normal_it_only_loses(void **state)
 {
     (void)state;
     double kept;
-    for (float roughness = 0.0f; roughness <= 1.0f; roughness += 0.2f)
-        for (float cos_o = 0.1f; cos_o <= 1.0f; cos_o += 0.15f) {
-            const struct pbnds_blinn_phong b = make(0.0f, roughness, 0.5f);
-            const struct lobe lobe = lobe_of(&b);
-            const double albedo =
-                sampled_albedo(&lobe, direction(cos_o, 2.0f), 4096, &kept);
-            assert_true(albedo > 0.4 && albedo < 1.04);
-        }
+    for (float metallic = 0.0f; metallic <= 1.0f; metallic += 0.5f)
+        for (float roughness = 0.0f; roughness <= 1.0f; roughness += 0.1f)
+            for (float cos_o = 0.02f; cos_o <= 1.0f; cos_o += 0.07f) {
+                const struct pbnds_blinn_phong b = make(metallic, roughness, 0.5f);
+                const struct lobe lobe = lobe_of(&b);
+                const double albedo =
+                    sampled_albedo(&lobe, direction(cos_o, 2.0f), 4096, &kept);
+                if (!(albedo >= 0.0 && albedo <= 1.005))
+                    fail_msg("metallic %g roughness %g cos %g reflects %g",
+                             (double)metallic, (double)roughness, (double)cos_o,
+                             albedo);
+            }
 }
 
 static void sampling_agrees_with_quadrature(void **state)
@@ -113,17 +114,6 @@ static void sampling_agrees_with_quadrature(void **state)
             assert_near(sampled, quadrature_albedo(&lobe, wo, 400), 3e-3);
             assert_near(kept, quadrature_pdf(&lobe, wo, 400), 3e-3);
         }
-}
-
-static void samples_follow_their_density(void **state)
-{
-    (void)state;
-    const float cases[][3] = {{0.0f, 0.6f, 0.2f}, {1.0f, 0.7f, 0.0f}};
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
-        const struct pbnds_blinn_phong b = make(cases[i][0], cases[i][1], cases[i][2]);
-        const struct lobe lobe = lobe_of(&b);
-        assert_near(chi_square_excess(&lobe, direction(0.6f, 2.0f), 5 + i), 0.0, 4.0);
-    }
 }
 
 /* At m = 2e6 the float cosine of a degree-wide lobe has no digits left: sin must be
@@ -174,10 +164,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exponent_follows_roughness),
         cmocka_unit_test(diffuse_furnace_is_exact),
-        cmocka_unit_test(specular_furnace_has_its_closed_form),
+        cmocka_unit_test(specular_furnace_closes_along_the_normal),
         cmocka_unit_test(off_the_normal_it_only_loses),
         cmocka_unit_test(sampling_agrees_with_quadrature),
-        cmocka_unit_test(samples_follow_their_density),
         cmocka_unit_test(narrow_lobes_keep_their_shape),
         cmocka_unit_test(eval_is_reciprocal),
         cmocka_unit_test(below_the_horizon_is_black),
