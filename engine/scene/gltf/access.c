@@ -227,11 +227,22 @@ static void put_index(const struct pbnds_gltf_accessor *a, void *out, uint64_t s
     ((uint32_t *)out)[slot] = component_uint(from, a->component);
 }
 
+/** Some elements of an accessor, and what they are made of. */
+struct part {
+    const struct pbnds_gltf_accessor *accessor;
+    const char *what;
+    uint64_t first, count;
+    put_element *put;
+    void *out;
+    size_t out_size; /* of all `count` */
+};
+
 /** Overwrites the elements that a sparse accessor lists. */
 static enum pbnds_status read_sparse(struct pbnds_gltf_load_state *g,
-                                     const struct pbnds_gltf_accessor *a,
-                                     const char *what, put_element *put, void *out)
+                                     const struct part *p)
 {
+    const struct pbnds_gltf_accessor *a = p->accessor;
+    const char *what = p->what;
     const int component = a->sparse_index_component;
     if (a->sparse_count < 0 || (uint64_t)a->sparse_count > a->count ||
         a->sparse_index_offset < 0 || a->sparse_value_offset < 0 ||
@@ -253,43 +264,54 @@ static enum pbnds_status read_sparse(struct pbnds_gltf_load_state *g,
                               "%s: the sparse accessor of %s has index %u of %llu",
                               g->name, what, slot, (unsigned long long)a->count);
         }
-        put(a, out, slot, values.data + i * values.stride);
+        if (slot < p->first || slot - p->first >= p->count) continue;
+        p->put(a, p->out, slot - p->first, values.data + i * values.stride);
     }
     return PBNDS_OK;
 }
 
-static enum pbnds_status read_all(struct pbnds_gltf_load_state *g,
-                                  const struct pbnds_gltf_accessor *a, const char *what,
-                                  put_element *put, void *out, size_t out_size)
+static enum pbnds_status read_part(struct pbnds_gltf_load_state *g,
+                                   const struct part *p)
 {
+    const struct pbnds_gltf_accessor *a = p->accessor;
     if (a->view >= 0 || a->unpacked) {
         struct range r = {a->unpacked, pbnds_gltf_element_size(a)};
         if (!a->unpacked) {
-            PBNDS_TRY(range_of(g, what, a->view, a->offset, a->count,
+            PBNDS_TRY(range_of(g, p->what, a->view, a->offset, a->count,
                                pbnds_gltf_element_size(a), true, &r));
         }
-        for (uint64_t i = 0; i < a->count; ++i)
-            put(a, out, i, r.data + i * r.stride);
+        for (uint64_t i = 0; i < p->count; ++i)
+            p->put(a, p->out, i, r.data + (p->first + i) * r.stride);
     } else {
-        memset(out, 0, out_size);
+        memset(p->out, 0, p->out_size);
     }
-    return a->sparse ? read_sparse(g, a, what, put, out) : PBNDS_OK;
+    return a->sparse ? read_sparse(g, p) : PBNDS_OK;
+}
+
+enum pbnds_status pbnds_gltf_read_some(struct pbnds_gltf_load_state *g,
+                                       const struct pbnds_gltf_accessor *a,
+                                       const char *what, uint64_t first, uint64_t count,
+                                       float *out)
+{
+    const size_t total = (size_t)count * (size_t)a->width;
+    const struct part part = {
+        a, what, first, count, put_floats, out, total * sizeof *out};
+    PBNDS_TRY(read_part(g, &part));
+    for (size_t i = 0; i < total; ++i) {
+        if (!isfinite(out[i])) {
+            return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                              "%s: %s has a value that is not finite (element %zu)",
+                              g->name, what, (size_t)first + i / (size_t)a->width);
+        }
+    }
+    return PBNDS_OK;
 }
 
 enum pbnds_status pbnds_gltf_read_floats(struct pbnds_gltf_load_state *g,
                                          const struct pbnds_gltf_accessor *a,
                                          const char *what, float *out)
 {
-    const size_t total = (size_t)a->count * (size_t)a->width;
-    PBNDS_TRY(read_all(g, a, what, put_floats, out, total * sizeof *out));
-    for (size_t i = 0; i < total; ++i) {
-        if (!isfinite(out[i])) {
-            return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                              "%s: %s has a value that is not finite (element %zu)",
-                              g->name, what, i / (size_t)a->width);
-        }
-    }
-    return PBNDS_OK;
+    return pbnds_gltf_read_some(g, a, what, 0, a->count, out);
 }
 
 enum pbnds_status pbnds_gltf_read_indices(struct pbnds_gltf_load_state *g,
@@ -300,8 +322,9 @@ enum pbnds_status pbnds_gltf_read_indices(struct pbnds_gltf_load_state *g,
         return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
                           "%s: indices are not of an unsigned integer type", g->name);
     }
-    PBNDS_TRY(
-        read_all(g, a, "indices", put_index, out, (size_t)a->count * sizeof *out));
+    const struct part part = {
+        a, "indices", 0, a->count, put_index, out, (size_t)a->count * sizeof *out};
+    PBNDS_TRY(read_part(g, &part));
     for (uint64_t i = 0; i < a->count; ++i) {
         if (out[i] >= limit) {
             return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,

@@ -62,16 +62,32 @@ static enum pbnds_status check_accessors(struct pbnds_gltf_load_state *g)
     return PBNDS_OK;
 }
 
+static enum pbnds_status check_user(struct pbnds_gltf_load_state *g, const char *user,
+                                    size_t index, const int64_t *accessors,
+                                    size_t count)
+{
+    for (size_t i = 0; i < count; ++i) {
+        if (exists(accessors[i], g->doc.accessor_count, true)) continue;
+        return dangling(g, user, index, "accessor", accessors[i]);
+    }
+    return PBNDS_OK;
+}
+
 static enum pbnds_status check_primitive(struct pbnds_gltf_load_state *g, size_t mesh,
                                          const struct pbnds_gltf_primitive *p)
 {
-    const int64_t accessors[] = {p->position, p->normal,  p->tangent,
-                                 p->uv[0],    p->uv[1],   p->color,
-                                 p->joints,   p->weights, p->indices};
-    for (size_t i = 0; i < sizeof accessors / sizeof accessors[0]; ++i) {
-        if (!exists(accessors[i], g->doc.accessor_count, true)) {
-            return dangling(g, "mesh", mesh, "accessor", accessors[i]);
-        }
+    const int64_t attributes[] = {p->position, p->normal, p->tangent, p->uv[0],
+                                  p->uv[1],    p->color,  p->indices};
+    PBNDS_TRY(check_user(g, "mesh", mesh, attributes,
+                         sizeof attributes / sizeof attributes[0]));
+    for (size_t i = 0; i < p->influence_count; ++i) {
+        const int64_t pair[] = {p->influences[i].joints, p->influences[i].weights};
+        PBNDS_TRY(check_user(g, "mesh", mesh, pair, 2));
+    }
+    for (size_t i = 0; i < p->target_count; ++i) {
+        const struct pbnds_gltf_target *t = &p->targets[i];
+        const int64_t deltas[] = {t->position, t->normal, t->tangent};
+        PBNDS_TRY(check_user(g, "mesh", mesh, deltas, 3));
     }
     if (!exists(p->material, g->doc.material_count, true)) {
         return dangling(g, "mesh", mesh, "material", p->material);
@@ -85,6 +101,14 @@ static enum pbnds_status check_meshes(struct pbnds_gltf_load_state *g)
         const struct pbnds_gltf_mesh *m = &g->doc.meshes[i];
         for (size_t k = 0; k < m->primitive_count; ++k) {
             PBNDS_TRY(check_primitive(g, i, &m->primitives[k]));
+            /* One list of weights serves them all (glTF 2.0, section 3.7.2.2). */
+            if (m->primitives[k].target_count == m->primitives[0].target_count)
+                continue;
+            return pbnds_fail(
+                g->error, PBNDS_ERROR_FORMAT,
+                "%s: the primitives of mesh %zu have different numbers of "
+                "morph targets",
+                g->name, i);
         }
     }
     return PBNDS_OK;
@@ -104,7 +128,24 @@ static enum pbnds_status check_nodes(struct pbnds_gltf_load_state *g)
         if (!exists(n->camera, d->camera_count, true)) {
             return dangling(g, "node", i, "camera", n->camera);
         }
+        if (!exists(n->light, d->light_count, true)) {
+            return dangling(g, "node", i, "light", n->light);
+        }
+        const struct pbnds_gltf_instancing *c = &n->instancing;
+        const int64_t instances[] = {c->translation, c->rotation, c->scale};
+        if (c->present) PBNDS_TRY(check_user(g, "node", i, instances, 3));
     }
+    if (!exists(d->scene, d->scene_count, true)) {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: the default scene %lld does not exist", g->name,
+                          (long long)d->scene);
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status check_skins(struct pbnds_gltf_load_state *g)
+{
+    const struct pbnds_gltf_document *d = &g->doc;
     for (size_t i = 0; i < d->skin_count; ++i) {
         const struct pbnds_gltf_skin *s = &d->skins[i];
         if (!exists(s->inverse_bind, d->accessor_count, true)) {
@@ -115,10 +156,34 @@ static enum pbnds_status check_nodes(struct pbnds_gltf_load_state *g)
             return dangling(g, "skin", i, "node", s->joints.items[k]);
         }
     }
-    if (!exists(d->scene, d->scene_count, true)) {
-        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
-                          "%s: the default scene %lld does not exist", g->name,
-                          (long long)d->scene);
+    return PBNDS_OK;
+}
+
+static enum pbnds_status check_animations(struct pbnds_gltf_load_state *g)
+{
+    const struct pbnds_gltf_document *d = &g->doc;
+    for (size_t i = 0; i < d->animation_count; ++i) {
+        const struct pbnds_gltf_animation *a = &d->animations[i];
+        for (size_t k = 0; k < a->sampler_count; ++k) {
+            const struct pbnds_gltf_animation_sampler *s = &a->samplers[k];
+            const bool fine = exists(s->input, d->accessor_count, false) &&
+                              exists(s->output, d->accessor_count, false) &&
+                              s->interpolation != PBNDS_GLTF_OTHER_INTERPOLATION;
+            if (fine) continue;
+            return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                              "%s: sampler %zu of animation %zu has no valid input, "
+                              "output or interpolation",
+                              g->name, k, i);
+        }
+        for (size_t k = 0; k < a->channel_count; ++k) {
+            const struct pbnds_gltf_channel *c = &a->channels[k];
+            if (!exists(c->sampler, a->sampler_count, false)) {
+                return dangling(g, "animation", i, "sampler", c->sampler);
+            }
+            if (!exists(c->node, d->node_count, true)) {
+                return dangling(g, "animation", i, "node", c->node);
+            }
+        }
     }
     return PBNDS_OK;
 }
@@ -161,5 +226,7 @@ enum pbnds_status pbnds_gltf_check(struct pbnds_gltf_load_state *g)
     PBNDS_TRY(check_accessors(g));
     PBNDS_TRY(check_meshes(g));
     PBNDS_TRY(check_nodes(g));
+    PBNDS_TRY(check_skins(g));
+    PBNDS_TRY(check_animations(g));
     return check_textures(g);
 }

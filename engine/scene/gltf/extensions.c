@@ -20,6 +20,7 @@ static const struct {
     enum manner manner;
 } known[] = {
     {"KHR_draco_mesh_compression", MANNER_READ},
+    {"KHR_lights_punctual", MANNER_READ},
     {"KHR_materials_emissive_strength", MANNER_READ},
     {"KHR_materials_ior", MANNER_READ},
     {"KHR_materials_pbrSpecularGlossiness", MANNER_READ},
@@ -28,6 +29,7 @@ static const struct {
     {"KHR_materials_variants", MANNER_READ},
     {"KHR_mesh_quantization", MANNER_READ},
     {"KHR_texture_transform", MANNER_READ},
+    {"EXT_mesh_gpu_instancing", MANNER_READ},
     {"EXT_meshopt_compression", MANNER_READ},
     {"EXT_texture_webp", MANNER_READ},
     {"KHR_materials_anisotropy", MANNER_LAYER},

@@ -1,9 +1,10 @@
 /**
  * @file load.h
- * What the files of the glTF loader share: load.c (nodes, cameras), gltf/access.c
- * (typed reads), gltf/mesh.c (primitives), gltf/material.c, gltf/image.c and
- * gltf/variant.c (looks), gltf/packed.c (compressed geometry), gltf/extensions.c.
- * Private.
+ * What the files of the glTF loader share. Private. In the order of a load:
+ * extensions.c, check.c (references), variant.c, nodes.c (the tree, its scene),
+ * animation.c (poses), material.c and image.c (looks), packed.c (compressed geometry),
+ * budget.c (room), camera.c, light.c, mesh.c (primitives, with morph.c, skin.c,
+ * instancing.c); access.c reads typed data for all of them.
  */
 #ifndef PBNDS_ENGINE_SCENE_GLTF_LOAD_H
 #define PBNDS_ENGINE_SCENE_GLTF_LOAD_H
@@ -15,8 +16,11 @@
 #include "engine/scene/gltf/source.h"
 #include "engine/scene/scene.h"
 
-/** What all geometry of a scene may take. */
-#define PBNDS_GLTF_MAX_GEOMETRY ((uint64_t)8 << 30)
+/** Where every node of the document is at one time. */
+struct pbnds_gltf_pose {
+    double time;              /**< seconds; read where the load has an animation      */
+    struct pbnds_mat4 *world; /**< of each node, in the scene or not                  */
+};
 
 /** A load in progress. */
 struct pbnds_gltf_load_state {
@@ -27,22 +31,36 @@ struct pbnds_gltf_load_state {
     struct pbnds_gltf_source source;
     struct pbnds_gltf_document doc;
     struct pbnds_scene *scene;
-    struct pbnds_mat4 *world;  /**< of each node                                */
-    bool *in_scene;            /**< node belongs to the scene that is loaded    */
-    uint64_t geometry_bytes;   /**< of the meshes so far, against a bomb        */
-    size_t skipped_primitives; /**< points and lines                            */
-    int64_t variant;           /**< KHR_materials_variants, < 0: none            */
-    bool morphs, more_joints, more_texcoords; /**< seen, for a warning */
+    const struct pbnds_gltf_animation *animation; /**< NULL: as the nodes say     */
+    struct pbnds_gltf_pose pose[2]; /**< now, and at the earlier time             */
+    int pose_count;                 /**< 2 where motion was asked for             */
+    int64_t *weights_channel;       /**< of the animation, for each node; < 0: none */
+    bool *in_scene;          /**< node belongs to the scene that is loaded        */
+    uint64_t geometry_bytes; /**< that are in use now, against max_geometry       */
+    uint64_t max_geometry;
+    size_t skipped_primitives; /**< points and lines                               */
+    int64_t variant;           /**< KHR_materials_variants, < 0: none              */
+    bool more_texcoords, skinned_instances, matrix_animated; /**< seen, for a warning */
 };
 
 /** Copies a name into 64 bytes, cut at a whole UTF-8 character; `what N` if it is
  * empty. */
 void pbnds_gltf_name(char out[64], const char *name, const char *what, size_t index);
+/** Item of a list that the user chose by its name, else by its number. `name` gives the
+ *  name of item i. Errors: ARGUMENT, which calls the list's items `what`. */
+typedef const char *pbnds_gltf_namer(const struct pbnds_gltf_document *document,
+                                     size_t i);
+enum pbnds_status pbnds_gltf_choose(struct pbnds_gltf_load_state *g, const char *wanted,
+                                    const char *what, size_t count,
+                                    pbnds_gltf_namer *name,
+                                    size_t *chosen) PBNDS_NODISCARD;
 
 /** Every reference of the document leads somewhere, every view lies in its buffer.
  *  Errors: FORMAT. After it indices between nodes, meshes, materials, textures, images,
- *  skins, cameras and accessors are known to exist. */
+ *  skins, cameras, lights, animations and accessors are known to exist. */
 enum pbnds_status pbnds_gltf_check(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+
+/* ---- access.c ---- */
 
 /** Accessor `index`, checked against its buffer (the whole range lies inside) and
  * against `width` components. Errors: FORMAT, IO. `what` names the user in messages. */
@@ -64,6 +82,11 @@ enum pbnds_status pbnds_gltf_check_range(struct pbnds_gltf_load_state *g,
 enum pbnds_status pbnds_gltf_read_floats(struct pbnds_gltf_load_state *g,
                                          const struct pbnds_gltf_accessor *accessor,
                                          const char *what, float *out) PBNDS_NODISCARD;
+/** The same of `count` elements from element `first` on, which the accessor has. */
+enum pbnds_status pbnds_gltf_read_some(struct pbnds_gltf_load_state *g,
+                                       const struct pbnds_gltf_accessor *accessor,
+                                       const char *what, uint64_t first, uint64_t count,
+                                       float *out) PBNDS_NODISCARD;
 /** count unsigned integers below `limit` of a SCALAR accessor. */
 enum pbnds_status pbnds_gltf_read_indices(struct pbnds_gltf_load_state *g,
                                           const struct pbnds_gltf_accessor *accessor,
@@ -107,10 +130,120 @@ enum pbnds_status
 pbnds_gltf_unpack_meshes(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
 void pbnds_gltf_free_unpacked(struct pbnds_gltf_load_state *g);
 
+/* ---- budget.c ---- */
+
+/** Takes count * size bytes from what the geometry may use, before they are allocated.
+ *  Errors: MEMORY. */
+enum pbnds_status pbnds_gltf_charge(struct pbnds_gltf_load_state *g, uint64_t count,
+                                    uint64_t size) PBNDS_NODISCARD;
+/** Gives back what was charged and is free again. */
+void pbnds_gltf_refund(struct pbnds_gltf_load_state *g, uint64_t count, uint64_t size);
+/** Room for every mesh, camera, light and object of the scene. A file that asks for more
+ *  geometry than the budget is refused here, before anything is built. */
+enum pbnds_status pbnds_gltf_make_room(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+
+/* ---- nodes.c, animation.c ---- */
+
+/** A node's own transform. */
+struct pbnds_gltf_trs {
+    const double *matrix; /**< 16 numbers that are used instead; NULL: none */
+    double translation[3], rotation[4], scale[3];
+};
+
+/** Its matrix; a rotation of length zero is none. */
+struct pbnds_mat4 pbnds_gltf_matrix(const struct pbnds_gltf_trs *trs);
+/** Which nodes the scene has and where they are: fills in_scene, pose[].world.
+ *  Errors: FORMAT (not a tree), ARGUMENT (no such scene), MEMORY. */
+enum pbnds_status
+pbnds_gltf_place_nodes(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+/** Index of the animation of the options: fills animation, pose[].time, pose_count,
+ *  weights_channel. Errors: ARGUMENT (no such animation), MEMORY. */
+enum pbnds_status
+pbnds_gltf_choose_animation(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
+/** Puts the nodes where the animation has them at `time`. Errors: FORMAT, IO. */
+enum pbnds_status pbnds_gltf_animate(struct pbnds_gltf_load_state *g, double time,
+                                     struct pbnds_gltf_trs *nodes) PBNDS_NODISCARD;
+/** The weights of a node's morph targets in a pose: of the animation, else of the node,
+ *  else of its mesh, else 0. Errors: FORMAT, IO. */
+enum pbnds_status pbnds_gltf_morph_weights(struct pbnds_gltf_load_state *g,
+                                           const struct pbnds_gltf_pose *pose,
+                                           size_t node, size_t count,
+                                           float *weights) PBNDS_NODISCARD;
+/** The last key time of an animation. Errors: FORMAT, IO. */
+enum pbnds_status pbnds_gltf_animation_end(struct pbnds_gltf_load_state *g,
+                                           const struct pbnds_gltf_animation *animation,
+                                           double *seconds) PBNDS_NODISCARD;
+
+/* ---- camera.c, light.c ---- */
+
+/** Rotation and translation of a transform: scale, shear and mirroring do not turn what
+ *  looks along -z (glTF 2.0, section 3.10.1). */
+struct pbnds_mat4 pbnds_gltf_rigid(const struct pbnds_mat4 *m);
+/** Appends the node's camera to the scene, which has room. Errors: FORMAT. */
+enum pbnds_status pbnds_gltf_add_camera(struct pbnds_gltf_load_state *g,
+                                        size_t node) PBNDS_NODISCARD;
+/** Appends the node's light to the scene, which has room. Errors: FORMAT. */
+enum pbnds_status pbnds_gltf_add_light(struct pbnds_gltf_load_state *g,
+                                       size_t node) PBNDS_NODISCARD;
+
 /** Materials (the default one last), textures and decoded images. */
 enum pbnds_status pbnds_gltf_materials(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;
 /** Appends the primitives of one node's mesh to the scene, which has room for them. */
 enum pbnds_status pbnds_gltf_node_meshes(struct pbnds_gltf_load_state *g,
                                          size_t node) PBNDS_NODISCARD;
+
+/* ---- what mesh.c builds with ---- */
+
+/** A primitive being built. */
+struct pbnds_gltf_build {
+    struct pbnds_gltf_load_state *g;
+    const struct pbnds_gltf_primitive *primitive;
+    size_t node;
+    struct pbnds_mesh mesh; /**< in the frame of the mesh, later of the world       */
+    size_t file_vertices;   /**< vertex_count of the file                           */
+    uint32_t *origin;  /**< which vertex of the file each is; NULL: the same        */
+    bool own_tangents; /**< not the file's                                          */
+};
+
+/** A vertex attribute of the file as floats, malloc'd and charged; NULL when accessor is
+ *  negative. Errors: FORMAT, IO, MEMORY. */
+enum pbnds_status pbnds_gltf_read_attribute(struct pbnds_gltf_build *b,
+                                            int64_t accessor, int width,
+                                            const char *what,
+                                            float **out) PBNDS_NODISCARD;
+enum pbnds_status pbnds_gltf_no_memory(struct pbnds_gltf_load_state *g);
+
+/** Moves the vertices to where the morph targets have them: position, normal and tangent
+ *  as in pose 0, previous as in pose 1. Errors: FORMAT, IO, MEMORY. */
+enum pbnds_status pbnds_gltf_morph(struct pbnds_gltf_build *b) PBNDS_NODISCARD;
+
+/** The influences of a skinned primitive. */
+struct pbnds_gltf_skinning {
+    struct pbnds_mat4 *joints[2]; /**< in each pose                                */
+    size_t joint_count, sets;
+    float **index, **weight; /**< `sets` arrays, 4 a vertex of the file            */
+};
+
+/** Is the primitive skinned? Reads its influences, checked to be joints of the skin.
+ *  To be freed in every case. Errors: FORMAT, IO, MEMORY. */
+bool pbnds_gltf_is_skinned(const struct pbnds_gltf_build *b);
+enum pbnds_status
+pbnds_gltf_skin_open(struct pbnds_gltf_build *b,
+                     struct pbnds_gltf_skinning *skin) PBNDS_NODISCARD;
+void pbnds_gltf_skin_close(struct pbnds_gltf_build *b,
+                           struct pbnds_gltf_skinning *skin);
+/** World transform of vertex `vertex` of the file in pose `pose`. */
+struct pbnds_mat4 pbnds_gltf_skin_matrix(const struct pbnds_gltf_skinning *skin,
+                                         int pose, size_t vertex);
+
+/** How often EXT_mesh_gpu_instancing has a node's mesh; 1 without it. Errors: FORMAT. */
+enum pbnds_status pbnds_gltf_instance_count(struct pbnds_gltf_load_state *g,
+                                            size_t node,
+                                            uint64_t *count) PBNDS_NODISCARD;
+/** The transforms of the instances in the frame of their node, `count` as above.
+ *  Errors: FORMAT, IO, MEMORY. */
+enum pbnds_status pbnds_gltf_instances(struct pbnds_gltf_load_state *g, size_t node,
+                                       uint64_t count,
+                                       struct pbnds_mat4 *local) PBNDS_NODISCARD;
 
 #endif /* PBNDS_ENGINE_SCENE_GLTF_LOAD_H */

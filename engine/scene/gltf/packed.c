@@ -11,9 +11,7 @@
 /** What the geometry may still take. */
 static uint64_t budget(const struct pbnds_gltf_load_state *g)
 {
-    const uint64_t most =
-        g->options->max_geometry ? g->options->max_geometry : PBNDS_GLTF_MAX_GEOMETRY;
-    return g->geometry_bytes < most ? most - g->geometry_bytes : 0;
+    return g->max_geometry - g->geometry_bytes;
 }
 
 static enum pbnds_status charge(struct pbnds_gltf_load_state *g, uint64_t bytes)

@@ -32,7 +32,9 @@ struct Owner {
     std::vector<std::vector<pbnds_gltf_primitive>> primitives;
     std::vector<pbnds_gltf_mesh> meshes;
     std::vector<pbnds_gltf_node> nodes;
-    std::vector<pbnds_gltf_list> scenes;
+    std::vector<pbnds_gltf_scene> scenes;
+    std::vector<pbnds_gltf_animation> animations;
+    std::vector<pbnds_gltf_light> lights;
     std::vector<pbnds_gltf_skin> skins;
     std::vector<pbnds_gltf_camera> cameras;
     std::vector<pbnds_gltf_material> materials;
@@ -44,6 +46,10 @@ struct Owner {
     /* deques: what they hold is pointed to while they grow */
     std::deque<std::vector<pbnds_gltf_mapping>> mappings;
     std::deque<std::vector<int>> mapped_variants;
+    std::deque<std::vector<pbnds_gltf_target>> targets;
+    std::deque<std::vector<pbnds_gltf_influence>> influences;
+    std::deque<std::vector<pbnds_gltf_channel>> channels;
+    std::deque<std::vector<pbnds_gltf_animation_sampler>> animation_samplers;
 };
 
 /* tinygltf gets no file and no pixels from us: it would look for them in the current
@@ -185,10 +191,10 @@ void numbers(const tinygltf::Value &object, const char *member, double *out,
     }
 }
 
-int64_t attribute(const tinygltf::Primitive &p, const char *name)
+int64_t attribute(const std::map<std::string, int> &attributes, const std::string &name)
 {
-    const auto found = p.attributes.find(name);
-    return found == p.attributes.end() ? -1 : found->second;
+    const auto found = attributes.find(name);
+    return found == attributes.end() ? -1 : found->second;
 }
 
 int width_of(int type)
@@ -327,26 +333,41 @@ void take_mappings(Owner &o, const tinygltf::Primitive &p, pbnds_gltf_primitive 
     c.mapping_count = o.mappings.back().size();
 }
 
-pbnds_gltf_primitive primitive_of(const tinygltf::Primitive &p)
+pbnds_gltf_primitive primitive_of(Owner &o, const tinygltf::Primitive &p)
 {
     pbnds_gltf_primitive c{};
-    c.position = attribute(p, "POSITION");
-    c.normal = attribute(p, "NORMAL");
-    c.tangent = attribute(p, "TANGENT");
-    c.uv[0] = attribute(p, "TEXCOORD_0");
-    c.uv[1] = attribute(p, "TEXCOORD_1");
-    c.color = attribute(p, "COLOR_0");
-    c.joints = attribute(p, "JOINTS_0");
-    c.weights = attribute(p, "WEIGHTS_0");
+    c.position = attribute(p.attributes, "POSITION");
+    c.normal = attribute(p.attributes, "NORMAL");
+    c.tangent = attribute(p.attributes, "TANGENT");
+    c.uv[0] = attribute(p.attributes, "TEXCOORD_0");
+    c.uv[1] = attribute(p.attributes, "TEXCOORD_1");
+    c.color = attribute(p.attributes, "COLOR_0");
     c.indices = p.indices;
     c.material = p.material;
     c.mode = p.mode;
-    c.more_joints = attribute(p, "JOINTS_1") >= 0;
-    c.morphed = !p.targets.empty();
+    std::vector<pbnds_gltf_target> targets;
+    for (const auto &t : p.targets) {
+        targets.push_back({attribute(t, "POSITION"), attribute(t, "NORMAL"),
+                           attribute(t, "TANGENT")});
+    }
+    std::vector<pbnds_gltf_influence> influences;
+    for (;;) {
+        const std::string n = std::to_string(influences.size());
+        const pbnds_gltf_influence i{attribute(p.attributes, "JOINTS_" + n),
+                                     attribute(p.attributes, "WEIGHTS_" + n)};
+        if (i.joints < 0 || i.weights < 0) break;
+        influences.push_back(i);
+    }
+    o.targets.push_back(std::move(targets));
+    o.influences.push_back(std::move(influences));
+    c.targets = o.targets.back().data();
+    c.target_count = o.targets.back().size();
+    c.influences = o.influences.back().data();
+    c.influence_count = o.influences.back().size();
     return c;
 }
 
-void copy_graph(Owner &o)
+void copy_meshes(Owner &o)
 {
     for (auto &m : o.model.meshes) {
         std::vector<pbnds_gltf_primitive> list;
@@ -354,19 +375,40 @@ void copy_graph(Owner &o)
             /* Renamed by the scan: see gltf/scan.c. */
             if (p.extras.IsInt()) p.indices = p.extras.GetNumberAsInt();
             take_draco(o, static_cast<int64_t>(o.meshes.size()), p);
-            list.push_back(primitive_of(p));
+            list.push_back(primitive_of(o, p));
             take_mappings(o, p, list.back());
         }
         o.primitives.push_back(std::move(list));
         const auto &kept = o.primitives.back();
-        o.meshes.push_back({m.name.c_str(), kept.data(), kept.size()});
+        o.meshes.push_back({m.name.c_str(), kept.data(), kept.size(), m.weights.data(),
+                            m.weights.size()});
     }
+}
+
+pbnds_gltf_instancing instancing_of(const tinygltf::Node &n)
+{
+    pbnds_gltf_instancing c{false, -1, -1, -1};
+    const tinygltf::Value *e = extension(n.extensions, "EXT_mesh_gpu_instancing");
+    if (!e || !e->Has("attributes")) return c;
+    const tinygltf::Value &attributes = e->Get("attributes");
+    c.present = true;
+    c.translation = extension_index(attributes, "TRANSLATION");
+    c.rotation = extension_index(attributes, "ROTATION");
+    c.scale = extension_index(attributes, "SCALE");
+    return c;
+}
+
+void copy_nodes(Owner &o)
+{
     for (const auto &n : o.model.nodes) {
         pbnds_gltf_node c{};
         c.name = n.name.c_str();
         c.mesh = n.mesh;
         c.skin = n.skin;
         c.camera = n.camera;
+        c.light = -1;
+        const tinygltf::Value *light = extension(n.extensions, "KHR_lights_punctual");
+        if (light) c.light = extension_index(*light, "light");
         c.children = n.children.data();
         c.child_count = n.children.size();
         c.matrix = n.matrix.data();
@@ -377,17 +419,74 @@ void copy_graph(Owner &o)
         c.rotation_count = n.rotation.size();
         c.scale = n.scale.data();
         c.scale_count = n.scale.size();
+        c.weights = n.weights.data();
+        c.weight_count = n.weights.size();
+        c.instancing = instancing_of(n);
         o.nodes.push_back(c);
     }
     for (const auto &s : o.model.scenes) {
-        o.scenes.push_back({s.nodes.data(), s.nodes.size()});
+        o.scenes.push_back({s.name.c_str(), {s.nodes.data(), s.nodes.size()}});
     }
     for (const auto &s : o.model.skins) {
-        o.skins.push_back({{s.joints.data(), s.joints.size()}, s.inverseBindMatrices});
+        o.skins.push_back({s.name.c_str(),
+                           {s.joints.data(), s.joints.size()},
+                           s.inverseBindMatrices});
     }
     for (const auto &c : o.model.cameras) {
         o.cameras.push_back({c.name.c_str(), c.type == "orthographic",
                              c.perspective.yfov, c.orthographic.ymag});
+    }
+}
+
+void copy_lights(Owner &o)
+{
+    for (const auto &l : o.model.lights) {
+        pbnds_gltf_light c{};
+        c.name = l.name.c_str();
+        c.type = l.type.c_str();
+        for (size_t i = 0; i < 3; ++i)
+            c.color[i] = i < l.color.size() ? l.color[i] : 1.0;
+        c.intensity = l.intensity;
+        c.range = l.range;
+        c.inner = l.spot.innerConeAngle;
+        c.outer = l.spot.outerConeAngle;
+        o.lights.push_back(c);
+    }
+}
+
+pbnds_gltf_path path_of(const std::string &path)
+{
+    if (path == "translation") return PBNDS_GLTF_TRANSLATION;
+    if (path == "rotation") return PBNDS_GLTF_ROTATION;
+    if (path == "scale") return PBNDS_GLTF_SCALE;
+    return path == "weights" ? PBNDS_GLTF_WEIGHTS : PBNDS_GLTF_OTHER_PATH;
+}
+
+pbnds_gltf_interpolation interpolation_of(const std::string &name)
+{
+    if (name == "LINEAR") return PBNDS_GLTF_LINEAR;
+    if (name == "STEP") return PBNDS_GLTF_STEP;
+    return name == "CUBICSPLINE" ? PBNDS_GLTF_CUBICSPLINE
+                                 : PBNDS_GLTF_OTHER_INTERPOLATION;
+}
+
+void copy_animations(Owner &o)
+{
+    for (const auto &a : o.model.animations) {
+        std::vector<pbnds_gltf_channel> channels;
+        for (const auto &c : a.channels) {
+            channels.push_back({c.sampler, c.target_node, path_of(c.target_path)});
+        }
+        std::vector<pbnds_gltf_animation_sampler> samplers;
+        for (const auto &s : a.samplers) {
+            samplers.push_back({s.input, s.output, interpolation_of(s.interpolation)});
+        }
+        o.channels.push_back(std::move(channels));
+        o.animation_samplers.push_back(std::move(samplers));
+        o.animations.push_back({a.name.c_str(), o.channels.back().data(),
+                                o.animation_samplers.back().data(),
+                                o.channels.back().size(),
+                                o.animation_samplers.back().size()});
     }
 }
 
@@ -576,7 +675,10 @@ void fill(Owner &o, pbnds_gltf_document *d)
     d->variants = o.variants.data();
     d->variant_count = o.variants.size();
     d->buffer_count = o.model.buffers.size();
-    d->animation_count = o.model.animations.size();
+    d->animations = o.animations.data();
+    d->animation_count = o.animations.size();
+    d->lights = o.lights.data();
+    d->light_count = o.lights.size();
     d->scene = o.model.defaultScene;
     d->notes = o.notes.c_str();
     d->owner = &o;
@@ -598,7 +700,10 @@ enum pbnds_status parse(const char *json, size_t size, const char *name,
     }
     owner->notes = remarks(fault);
     copy_data(*owner);
-    copy_graph(*owner);
+    copy_meshes(*owner);
+    copy_nodes(*owner);
+    copy_lights(*owner);
+    copy_animations(*owner);
     copy_looks(*owner);
     fill(*owner, document);
     (void)owner.release(); /* now document->owner's */

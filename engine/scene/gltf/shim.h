@@ -61,30 +61,51 @@ struct pbnds_gltf_draco {
         counted; /**< the file says how many indices there are: TRIANGLES, not a strip */
 };
 
+/** Displacements of one morph target; < 0 means absent. */
+struct pbnds_gltf_target {
+    int64_t position, normal, tangent;
+};
+
+/** JOINTS_n with its WEIGHTS_n. */
+struct pbnds_gltf_influence {
+    int64_t joints, weights;
+};
+
 /** Accessors of one primitive; < 0 means absent. */
 struct pbnds_gltf_primitive {
-    int64_t position, normal, tangent, uv[2], color, joints, weights, indices;
+    int64_t position, normal, tangent, uv[2], color, indices;
     int64_t material;
     const struct pbnds_gltf_mapping *mappings;
     size_t mapping_count;
-    int mode;         /**< 0 points ... 4 triangles, 5 strip, 6 fan */
-    bool more_joints; /**< has JOINTS_1 */
-    bool morphed;     /**< has targets  */
+    int mode; /**< 0 points ... 4 triangles, 5 strip, 6 fan */
+    const struct pbnds_gltf_influence *influences; /**< n = 0, 1, ... without a gap */
+    size_t influence_count;
+    const struct pbnds_gltf_target *targets;
+    size_t target_count;
 };
 
 struct pbnds_gltf_mesh {
     const char *name;
     const struct pbnds_gltf_primitive *primitives;
     size_t primitive_count;
+    const double *weights; /**< of the morph targets */
+    size_t weight_count;
+};
+
+/** EXT_mesh_gpu_instancing: accessors, < 0: absent. */
+struct pbnds_gltf_instancing {
+    bool present;
+    int64_t translation, rotation, scale;
 };
 
 struct pbnds_gltf_node {
     const char *name;
-    int64_t mesh, skin, camera;
+    int64_t mesh, skin, camera, light;
     const int *children;
     size_t child_count;
-    const double *matrix, *translation, *rotation, *scale;
-    size_t matrix_count, translation_count, rotation_count, scale_count;
+    const double *matrix, *translation, *rotation, *scale, *weights;
+    size_t matrix_count, translation_count, rotation_count, scale_count, weight_count;
+    struct pbnds_gltf_instancing instancing;
 };
 
 struct pbnds_gltf_list {
@@ -92,9 +113,55 @@ struct pbnds_gltf_list {
     size_t count;
 };
 
+struct pbnds_gltf_scene {
+    const char *name;
+    struct pbnds_gltf_list nodes;
+};
+
 struct pbnds_gltf_skin {
+    const char *name;
     struct pbnds_gltf_list joints;
     int64_t inverse_bind; /**< accessor, < 0: identity */
+};
+
+enum pbnds_gltf_path {
+    PBNDS_GLTF_TRANSLATION,
+    PBNDS_GLTF_ROTATION,
+    PBNDS_GLTF_SCALE,
+    PBNDS_GLTF_WEIGHTS,
+    PBNDS_GLTF_OTHER_PATH,
+};
+
+enum pbnds_gltf_interpolation {
+    PBNDS_GLTF_LINEAR,
+    PBNDS_GLTF_STEP,
+    PBNDS_GLTF_CUBICSPLINE,
+    PBNDS_GLTF_OTHER_INTERPOLATION,
+};
+
+struct pbnds_gltf_channel {
+    int64_t sampler, node; /**< node < 0: none of ours, to be ignored */
+    enum pbnds_gltf_path path;
+};
+
+struct pbnds_gltf_animation_sampler {
+    int64_t input, output; /**< accessors */
+    enum pbnds_gltf_interpolation interpolation;
+};
+
+struct pbnds_gltf_animation {
+    const char *name;
+    const struct pbnds_gltf_channel *channels;
+    const struct pbnds_gltf_animation_sampler *samplers;
+    size_t channel_count, sampler_count;
+};
+
+/** KHR_lights_punctual, with its defaults filled in. */
+struct pbnds_gltf_light {
+    const char *name, *type;
+    double color[3], intensity;
+    double range;        /**< 0: unlimited */
+    double inner, outer; /**< half angles of a spot, radians */
 };
 
 struct pbnds_gltf_camera {
@@ -155,7 +222,9 @@ struct pbnds_gltf_document {
     struct pbnds_gltf_accessor *accessors;
     struct pbnds_gltf_mesh *meshes;
     struct pbnds_gltf_node *nodes;
-    struct pbnds_gltf_list *scenes;
+    struct pbnds_gltf_scene *scenes;
+    struct pbnds_gltf_animation *animations;
+    struct pbnds_gltf_light *lights;
     struct pbnds_gltf_skin *skins;
     struct pbnds_gltf_camera *cameras;
     struct pbnds_gltf_material *materials;
@@ -166,7 +235,7 @@ struct pbnds_gltf_document {
     const char *const *variants; /**< names */
     size_t view_count, accessor_count, mesh_count, node_count, scene_count, skin_count,
         camera_count, material_count, texture_count, sampler_count, image_count,
-        buffer_count, animation_count, draco_count, variant_count;
+        buffer_count, animation_count, light_count, draco_count, variant_count;
     int64_t scene;     /**< default scene, < 0: none named */
     const char *notes; /**< what the parser grumbled about, may be empty */
     void *owner;       /**< what every pointer above points into */

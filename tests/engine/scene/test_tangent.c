@@ -43,7 +43,7 @@ static void degenerate_uv_give_unit_tangents(void **state)
     must_load(square_json, &square, sizeof square, &s);
     for (int i = 0; i < 4; ++i)
         s.meshes[0].uv[0][i] = (struct pbnds_vec2){0.5f, 0.5f};
-    assert_int_equal(pbnds_mesh_tangents(&s.meshes[0], 0, "x", &fault), PBNDS_OK);
+    assert_int_equal(pbnds_mesh_tangents(&s.meshes[0], 0, NULL, "x", &fault), PBNDS_OK);
     for (int i = 0; i < 4; ++i) {
         const struct pbnds_vec4 t = s.meshes[0].tangent[i];
         assert_near(hypot(hypot((double)t.x, (double)t.y), (double)t.z), 1.0, 1e-6);
@@ -64,7 +64,7 @@ static void tangents_agree_with_a_baked_model(void **state)
                      PBNDS_OK);
     struct pbnds_mesh *m = &s.meshes[0];
     struct pbnds_vec4 *baked = m->tangent;
-    assert_int_equal(pbnds_mesh_tangents(m, 0, "avocado", &fault), PBNDS_OK);
+    assert_int_equal(pbnds_mesh_tangents(m, 0, NULL, "avocado", &fault), PBNDS_OK);
     size_t alike = 0;
     for (size_t i = 0; i < m->vertex_count; ++i) {
         const struct pbnds_vec4 a = baked[i], b = m->tangent[i];
