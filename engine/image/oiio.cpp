@@ -29,8 +29,9 @@
 namespace
 {
 
-constexpr int side_max = 16384;
-constexpr std::uint64_t bytes_max = std::uint64_t(1) << 30;
+constexpr std::uint64_t file_max = std::uint64_t(1) << 30;
+// Light maps are floats, and large.
+constexpr pbnds_image_limits map_limits = {0, std::uint64_t(4) << 30};
 
 enum format_bit : unsigned { PNG = 1, JPEG = 2, WEBP = 4, HDR = 8, EXR = 16 };
 
@@ -56,7 +57,8 @@ void set_limits()
         OIIO::attribute("exr_threads", -1);
         OIIO::attribute("try_all_readers", 0);
         OIIO::attribute("plugin_searchpath", "");
-        OIIO::attribute("limits:imagesize_MB", int(bytes_max >> 20));
+        // Every size is known before the library sees a file (size.h).
+        OIIO::attribute("limits:imagesize_MB", 1 << 20);
         OIIO::attribute("limits:channels", 64);
     });
 }
@@ -104,7 +106,7 @@ pbnds_status fail_damaged(const char *name, const std::string &reason,
 {
     if (reason.find("limits:") != std::string::npos) {
         return pbnds_fail(error, PBNDS_ERROR_MEMORY,
-                          "%s: the image is larger than 1 GiB, scale it down", name);
+                          "%s: the image is too large, scale it down", name);
     }
     return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: image is damaged: %s", name,
                       first_line(reason).c_str());
@@ -139,22 +141,16 @@ bool picture_channels(const OIIO::ImageSpec &spec, format_bit bit, int *begin, i
     return true;
 }
 
-pbnds_status check_size(const OIIO::ImageSpec &spec, int sample_bytes, const char *name,
-                        pbnds_error *error)
+// The library may read the header otherwise than we do: what it found is what counts.
+pbnds_status check_size(const OIIO::ImageSpec &spec, const pbnds_image_size &expected,
+                        const char *name, pbnds_error *error)
 {
-    if (spec.width < 1 || spec.height < 1 || spec.depth > 1) {
-        return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: image of %d x %d x %d pixels",
-                          name, spec.width, spec.height, spec.depth);
-    }
-    // Four channels, whatever the file has: that is what becomes of it.
-    const std::uint64_t bytes = std::uint64_t(spec.width) * std::uint64_t(spec.height) *
-                                4u * unsigned(sample_bytes);
-    if (spec.width > side_max || spec.height > side_max || bytes > bytes_max) {
-        return pbnds_fail(
-            error, PBNDS_ERROR_MEMORY,
-            "%s: %d x %d pixels are more than %d a side or 1 GiB in memory, "
-            "scale the image down",
-            name, spec.width, spec.height, side_max);
+    if (spec.width != expected.width || spec.height != expected.height ||
+        spec.depth > 1) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT,
+                          "%s: image is damaged: %d x %d or %d x %d x %d pixels", name,
+                          expected.width, expected.height, spec.width, spec.height,
+                          spec.depth);
     }
     // The library makes room for whole tiles, even where the image is smaller than one.
     if (spec.tile_width > std::max(spec.width, 4096) ||
@@ -166,7 +162,8 @@ pbnds_status check_size(const OIIO::ImageSpec &spec, int sample_bytes, const cha
     return PBNDS_OK;
 }
 
-pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit, const char *name,
+pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit,
+                         const pbnds_image_size &expected, const char *name,
                          decoded *out, pbnds_error *error)
 {
     const OIIO::ImageSpec spec = in.spec();
@@ -175,8 +172,13 @@ pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit, const char *name,
                           "%s: deep images are not supported, flatten it", name);
     }
     const bool bytes = spec.format == OIIO::TypeDesc::UINT8;
-    const pbnds_status status = check_size(spec, bytes ? 1 : 4, name, error);
+    const pbnds_status status = check_size(spec, expected, name, error);
     if (status != PBNDS_OK) return status;
+    if (!bytes &&
+        expected.bytes / 16 < std::uint64_t(spec.width) * unsigned(spec.height)) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT,
+                          "%s: image is damaged: its samples are not of 8 bits", name);
+    }
     int begin = 0, end = 0;
     if (!picture_channels(spec, bit, &begin, &end)) {
         return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,
@@ -201,8 +203,9 @@ pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit, const char *name,
     return good ? PBNDS_OK : fail_damaged(name, in.geterror(), error);
 }
 
-pbnds_status decode_as(const format &kind, const unsigned char *bytes, size_t size,
-                       const char *name, decoded *out, pbnds_error *error)
+pbnds_status decode_as(const format &kind, const pbnds_image_size &expected,
+                       const unsigned char *bytes, size_t size, const char *name,
+                       decoded *out, pbnds_error *error)
 {
     OIIO::Filesystem::IOMemReader memory(const_cast<unsigned char *>(bytes), size);
     const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::create(kind.reader);
@@ -216,13 +219,14 @@ pbnds_status decode_as(const format &kind, const unsigned char *bytes, size_t si
     if (!in->set_ioproxy(&memory) || !in->open(name, spec, config)) {
         return fail_damaged(name, in->geterror(), error);
     }
-    const pbnds_status status = read_pixels(*in, kind.bit, name, out, error);
+    const pbnds_status status = read_pixels(*in, kind.bit, expected, name, out, error);
     in->close();
     return status;
 }
 
 pbnds_status decode(const unsigned char *bytes, size_t size, unsigned allowed,
-                    const char *name, decoded *out, pbnds_error *error)
+                    const pbnds_image_limits *limits, const char *name, decoded *out,
+                    pbnds_error *error)
 {
     set_limits();
     format kind;
@@ -235,14 +239,18 @@ pbnds_status decode(const unsigned char *bytes, size_t size, unsigned allowed,
                           "JPEG, Radiance HDR or OpenEXR",
                           name);
     }
-    if (!kind.clean) return decode_as(kind, bytes, size, name, out, error);
+    pbnds_image_size expected;
+    pbnds_status status =
+        pbnds_image_measure(bytes, size, name, limits, &expected, error);
+    if (status != PBNDS_OK) return status;
+    if (!kind.clean) return decode_as(kind, expected, bytes, size, name, out, error);
     std::uint8_t *clean = nullptr;
     size_t clean_size = 0;
-    const pbnds_status status =
-        kind.clean(bytes, size, name, &clean, &clean_size, error);
+    status = kind.clean(bytes, size, name, &clean, &clean_size, error);
     const std::unique_ptr<std::uint8_t, void (*)(void *)> owner(clean, std::free);
-    return status == PBNDS_OK ? decode_as(kind, clean, clean_size, name, out, error)
-                              : status;
+    return status == PBNDS_OK
+               ? decode_as(kind, expected, clean, clean_size, name, out, error)
+               : status;
 }
 
 // Runs f and turns whatever it throws into an error.
@@ -355,12 +363,21 @@ extern "C" pbnds_status pbnds_pixels_decode(const void *bytes, size_t size,
                                             const char *name, pbnds_pixels *pixels,
                                             pbnds_error *error)
 {
+    return pbnds_pixels_decode_within(bytes, size, name, nullptr, pixels, error);
+}
+
+extern "C" pbnds_status pbnds_pixels_decode_within(const void *bytes, size_t size,
+                                                   const char *name,
+                                                   const pbnds_image_limits *limits,
+                                                   pbnds_pixels *pixels,
+                                                   pbnds_error *error)
+{
     *pixels = pbnds_pixels{0, 0, 0, nullptr, nullptr};
     return guarded(name, error, [&] {
         decoded picture;
         const pbnds_status status =
             decode(static_cast<const unsigned char *>(bytes), size,
-                   PNG | JPEG | WEBP | HDR | EXR, name, &picture, error);
+                   PNG | JPEG | WEBP | HDR | EXR, limits, name, &picture, error);
         if (status != PBNDS_OK) return status;
         const size_t count = size_t(picture.width) * size_t(picture.height);
         if (picture.u8.empty()) {
@@ -386,15 +403,24 @@ extern "C" void pbnds_pixels_free(pbnds_pixels *pixels)
 extern "C" pbnds_status pbnds_image_read_rgb(const char *path, pbnds_image *image,
                                              pbnds_error *error)
 {
+    return pbnds_image_read_rgb_within(path, nullptr, image, error);
+}
+
+extern "C" pbnds_status pbnds_image_read_rgb_within(const char *path,
+                                                    const pbnds_image_limits *limits,
+                                                    pbnds_image *image,
+                                                    pbnds_error *error)
+{
     *image = pbnds_image{0, 0, 0, nullptr};
     std::uint8_t *bytes = nullptr;
     size_t size = 0;
-    pbnds_status status = pbnds_file_read(path, bytes_max, &bytes, &size, error);
+    pbnds_status status = pbnds_file_read(path, file_max, &bytes, &size, error);
     if (status != PBNDS_OK) return status;
     status = guarded(path, error, [&] {
         decoded picture;
         const pbnds_status decoding =
-            decode(bytes, size, PNG | JPEG | HDR | EXR, path, &picture, error);
+            decode(bytes, size, PNG | JPEG | HDR | EXR, limits ? limits : &map_limits,
+                   path, &picture, error);
         return decoding == PBNDS_OK ? to_rgb(picture, image, error) : decoding;
     });
     std::free(bytes);

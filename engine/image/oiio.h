@@ -1,8 +1,9 @@
 /**
  * @file oiio.h
  * Foreign images through OpenImageIO: textures, light maps, previews. The only door to
- * that library; its limits are set here (formats restricted to PNG, JPEG, Radiance HDR,
- * OpenEXR and, for textures, WebP; at most 16384 x 16384; at most 1 GiB decoded).
+ * that library. Formats are restricted to PNG, JPEG, Radiance HDR, OpenEXR and, for
+ * textures, WebP; sizes are held against limits (size.h) before anything is decoded: by
+ * default at most 16384 pixels a side and 1 GiB of pixels, 4 GiB for a light map.
  */
 #ifndef PBNDS_ENGINE_IMAGE_OIIO_H
 #define PBNDS_ENGINE_IMAGE_OIIO_H
@@ -11,6 +12,7 @@
 #include <stdint.h>
 
 #include "engine/image/image.h"
+#include "engine/image/size.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -29,6 +31,12 @@ struct pbnds_pixels {
 enum pbnds_status pbnds_pixels_decode(const void *bytes, size_t size, const char *name,
                                       struct pbnds_pixels *pixels,
                                       struct pbnds_error *error) PBNDS_NODISCARD;
+/** The same within other limits; NULL: the defaults. */
+enum pbnds_status pbnds_pixels_decode_within(const void *bytes, size_t size,
+                                             const char *name,
+                                             const struct pbnds_image_limits *limits,
+                                             struct pbnds_pixels *pixels,
+                                             struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_pixels_free(struct pbnds_pixels *pixels);
 
 /** Reads a light map or picture as 3-channel float, as stored (linear for HDR and EXR; an
@@ -37,6 +45,12 @@ void pbnds_pixels_free(struct pbnds_pixels *pixels);
  *  Errors: IO, FORMAT, UNSUPPORTED, MEMORY. */
 enum pbnds_status pbnds_image_read_rgb(const char *path, struct pbnds_image *image,
                                        struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** The same within other limits; NULL: the defaults. */
+enum pbnds_status pbnds_image_read_rgb_within(const char *path,
+                                              const struct pbnds_image_limits *limits,
+                                              struct pbnds_image *image,
+                                              struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** Writes an 8-bit PNG of 1, 3 or 4 channels, display-encoded values in [0, 1] (rounded,
  *  clamped, no dithering), atomically. */

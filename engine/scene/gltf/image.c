@@ -18,6 +18,8 @@ struct job {
     enum pbnds_status status;
     struct pbnds_error error;
     struct pbnds_pixels *pixels;
+    struct pbnds_image_limits limits;
+    uint64_t decoded; /* bytes that the pixels will take */
 };
 
 enum pbnds_status pbnds_gltf_remap_init(struct pbnds_gltf_load_state *g,
@@ -151,8 +153,8 @@ static void decode_one(void *context, size_t i, int thread)
     (void)thread;
     struct job *job = (struct job *)context + i;
     if (job->status != PBNDS_OK) return;
-    job->status = pbnds_pixels_decode(job->bytes, (size_t)job->size, job->name,
-                                      job->pixels, &job->error);
+    job->status = pbnds_pixels_decode_within(job->bytes, (size_t)job->size, job->name,
+                                             &job->limits, job->pixels, &job->error);
 }
 
 /** Where an image of EXT_texture_webp cannot be had, the one of the core stands in. */
@@ -167,8 +169,8 @@ static enum pbnds_status fall_back(struct pbnds_gltf_load_state *g,
     pbnds_warn(g->report, "%s; image %lld is used in its place", job->error.message,
                (long long)other);
     PBNDS_TRY(find_image(g, (size_t)other, job));
-    return pbnds_pixels_decode(job->bytes, (size_t)job->size, job->name, job->pixels,
-                               g->error);
+    return pbnds_pixels_decode_within(job->bytes, (size_t)job->size, job->name,
+                                      &job->limits, job->pixels, g->error);
 }
 
 /** Bytes that decoded pixels take. */
@@ -177,16 +179,38 @@ static uint64_t pixels_size(const struct pbnds_pixels *p)
     return (uint64_t)p->width * (uint64_t)p->height * (p->f32 ? 16u : 4u);
 }
 
+/** The size of an image, from its header. */
+static enum pbnds_status measure(struct pbnds_gltf_load_state *g, struct job *job,
+                                 uint64_t most)
+{
+    struct pbnds_image_size size;
+    job->limits.side = g->options->max_image_side;
+    job->limits.bytes = most;
+    PBNDS_TRY(pbnds_image_measure(job->bytes, (size_t)job->size, job->name,
+                                  &job->limits, &size, g->error));
+    job->decoded = size.bytes;
+    return PBNDS_OK;
+}
+
+static enum pbnds_status too_much(struct pbnds_gltf_load_state *g, uint64_t most)
+{
+    return pbnds_fail(g->error, PBNDS_ERROR_MEMORY,
+                      "%s: its images take more than %.0f MiB (see --max-images)",
+                      g->name, (double)most / 1048576.0);
+}
+
 /** Looks for the bytes of all jobs. What is not there is an error only where nothing can
  *  stand in for it. */
 static void find_all(struct pbnds_gltf_load_state *g,
-                     const struct pbnds_gltf_remap *map, struct job *jobs)
+                     const struct pbnds_gltf_remap *map, struct job *jobs,
+                     uint64_t most)
 {
     for (size_t i = 0; i < g->doc.image_count; ++i) {
         if (map->image[i] < 0) continue;
         struct job *job = &jobs[map->image[i]];
         job->pixels = &g->scene->images[map->image[i]];
         job->status = find_image(g, i, job);
+        if (job->status == PBNDS_OK) job->status = measure(g, job, most);
         if (job->status != PBNDS_OK && g->error) job->error = *g->error;
         if (job->status == PBNDS_OK) compare_types(g, job);
     }
@@ -194,12 +218,15 @@ static void find_all(struct pbnds_gltf_load_state *g,
 
 static enum pbnds_status decode_all(struct pbnds_gltf_load_state *g,
                                     const struct pbnds_gltf_remap *map,
-                                    struct job *jobs)
+                                    struct job *jobs, uint64_t most)
 {
     const size_t count = (size_t)g->scene->image_count;
-    const uint64_t most = g->options->max_images ? g->options->max_images : decoded_max;
     uint64_t decoded = 0;
-    /* A few at a time, so that a bomb is seen before it fills the memory. */
+    /* A bomb is seen before anything is decoded. */
+    for (size_t i = 0; i < count && decoded <= most; ++i)
+        decoded += jobs[i].decoded;
+    if (decoded > most) return too_much(g, most);
+    decoded = 0;
     for (size_t i = 0; i < count;) {
         const size_t threads = (size_t)pbnds_threads();
         const size_t batch = count - i < threads ? count - i : threads;
@@ -210,11 +237,7 @@ static enum pbnds_status decode_all(struct pbnds_gltf_load_state *g,
         }
         pbnds_progress(g->report, "textures", (double)i, (double)count);
         if (pbnds_stop_requested()) return pbnds_fail_interrupted(g->error);
-        if (decoded > most) {
-            return pbnds_fail(g->error, PBNDS_ERROR_MEMORY,
-                              "%s: its textures take more than %.0f MiB", g->name,
-                              (double)most / 1048576.0);
-        }
+        if (decoded > most) return too_much(g, most); /* by fall-backs */
     }
     return PBNDS_OK;
 }
@@ -225,8 +248,9 @@ enum pbnds_status pbnds_gltf_decode_images(struct pbnds_gltf_load_state *g,
     struct job *jobs = calloc((size_t)g->scene->image_count + 1, sizeof *jobs);
     if (!jobs)
         return pbnds_fail(g->error, PBNDS_ERROR_MEMORY, "%s: no memory", g->name);
-    find_all(g, map, jobs);
-    const enum pbnds_status status = decode_all(g, map, jobs);
+    const uint64_t most = g->options->max_images ? g->options->max_images : decoded_max;
+    find_all(g, map, jobs, most);
+    const enum pbnds_status status = decode_all(g, map, jobs, most);
     free(jobs);
     return status;
 }
