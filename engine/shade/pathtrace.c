@@ -10,7 +10,7 @@
 enum { DEFAULT_SPP = 256, DEFAULT_SPP_NOISE = 4096, DEFAULT_BOUNCES = 8, TILE = 8 };
 /* Blocks of samples: how many there are at least, their greatest size, and how many make
  * an estimate of noise. */
-enum { BLOCKS = 16, LARGEST_BLOCK = 64, ENOUGH_BLOCKS = 8 };
+enum { BLOCKS = 8, LARGEST_BLOCK = 32, ENOUGH_BLOCKS = 8 };
 
 /* The picture so far: sums over samples, divided at the end. */
 struct film {

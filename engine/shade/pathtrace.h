@@ -12,7 +12,7 @@
  *
  * Numbers. Sample s of a pixel is point s of one Owen-scrambled sequence. Blocks of 2^k
  * consecutive samples are nets of their own (sampler.h), and the samples are summed block
- * by block: k is the greatest with 16 blocks and at most 64 samples in each. One seed gives
+ * by block: k is the greatest with 8 blocks and at most 32 samples in each. One seed gives
  * one picture, whatever else is asked for.
  *
  * Variance. With m_b the block means, n_b their sizes, m the mean and N the samples,
