@@ -105,6 +105,9 @@ static void add_attributes(cJSON *facts, const struct pbnds_exr *exr)
         case PBNDS_EXR_ATTRIBUTE_STRING:
             add_text(object, a->name, a->value.string);
             break;
+        case PBNDS_EXR_ATTRIBUTE_TEXT:
+            add_text(object, a->name, a->value.text);
+            break;
         case PBNDS_EXR_ATTRIBUTE_INT:
             add_number(object, a->name, a->value.i);
             break;

@@ -3,12 +3,15 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <openexr.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "engine/core/file.h"
+#include "engine/core/parallel.h"
+#include "engine/image/half.h"
 
 enum { SIDE_MAX = 65535, CHANNELS_MAX = 1024, ATTRIBUTES_MAX = 4096 };
 
@@ -20,63 +23,10 @@ struct stream {
     const uint8_t *bytes;
     size_t size;
     int fd;
-    int fault; /* errno of the first write that failed */
+    int fault;        /* errno of the first write that failed */
+    atomic_flag told; /* chunks are coded by several threads: one of them may speak */
     char message[256];
 };
-
-/* ---- half floats, IEEE 754 binary16, in integer arithmetic so that no flush-to-zero
- * mode of the calling thread can reach them ---- */
-
-static uint16_t half_from_float(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    const uint16_t sign = (uint16_t)(bits >> 16 & 0x8000u);
-    const uint32_t magnitude = bits & 0x7fffffffu;
-    if (magnitude > 0x7f800000u) { /* NaN keeps the top of its payload, and stays one */
-        const uint32_t payload = magnitude >> 13 & 0x3ffu;
-        return (uint16_t)(sign | 0x7c00u | (payload ? payload : 0x200u));
-    }
-    if (magnitude == 0x7f800000u) return (uint16_t)(sign | 0x7c00u);
-    if (magnitude >= 0x477fe000u) return (uint16_t)(sign | 0x7bffu); /* saturates */
-    if (magnitude < 0x33000000u) return sign;                        /* below 2^-25 */
-    uint32_t mantissa, shift;
-    if (magnitude < 0x38800000u) { /* subnormal: the leading one becomes explicit */
-        shift = 126u - (magnitude >> 23);
-        mantissa = (magnitude & 0x7fffffu) | 0x800000u;
-    } else { /* rebias 127 to 15 */
-        shift = 13;
-        mantissa = magnitude - 0x38000000u;
-    }
-    const uint32_t rest = mantissa & ((1u << shift) - 1u), middle = 1u << (shift - 1u);
-    uint32_t half = mantissa >> shift;
-    half += rest > middle || (rest == middle && (half & 1u)) ? 1u : 0u;
-    return (uint16_t)(sign | half);
-}
-
-static float float_from_half(uint16_t half)
-{
-    const uint32_t sign = (uint32_t)(half & 0x8000u) << 16;
-    const uint32_t exponent = half >> 10 & 0x1fu;
-    uint32_t mantissa = half & 0x3ffu, bits;
-    if (exponent == 0x1fu) {
-        bits = sign | 0x7f800000u | mantissa << 13;
-    } else if (exponent != 0) {
-        bits = sign | (exponent + 112u) << 23 | mantissa << 13;
-    } else if (mantissa == 0) {
-        bits = sign;
-    } else { /* subnormal half, normal float */
-        uint32_t e = 113u;
-        while (!(mantissa & 0x400u)) {
-            mantissa <<= 1;
-            --e;
-        }
-        bits = sign | e << 23 | (mantissa & 0x3ffu) << 13;
-    }
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
 
 /* ---- the library: streams, messages, status ---- */
 
@@ -105,8 +55,14 @@ static void keep_message(exr_const_context_t context, exr_result_t code,
 {
     (void)code;
     struct stream *s = stream_of(context);
-    if (s && message && !s->message[0])
+    if (s && message && !atomic_flag_test_and_set(&s->told))
         printable(s->message, sizeof s->message, message);
+}
+
+static void forget_message(struct stream *s)
+{
+    atomic_flag_clear(&s->told);
+    s->message[0] = 0;
 }
 
 static int64_t stream_size(exr_const_context_t context, void *user)
@@ -211,6 +167,26 @@ static size_t memory_bytes(const struct pbnds_exr *exr)
     return (size_t)exr->width * (size_t)exr->height * sizeof(float);
 }
 
+static const char *compression_name(exr_compression_t compression)
+{
+    switch (compression) {
+    case EXR_COMPRESSION_RLE:
+        return "RLE";
+    case EXR_COMPRESSION_PXR24:
+        return "PXR24 (lossy)";
+    case EXR_COMPRESSION_B44:
+        return "B44 (lossy)";
+    case EXR_COMPRESSION_B44A:
+        return "B44A (lossy)";
+    case EXR_COMPRESSION_DWAA:
+        return "DWAA (lossy)";
+    case EXR_COMPRESSION_DWAB:
+        return "DWAB (lossy)";
+    default:
+        return "an unknown method";
+    }
+}
+
 static enum pbnds_status check_kind(exr_context_t context, const struct stream *s,
                                     const char *path, struct pbnds_exr *exr,
                                     struct pbnds_error *error)
@@ -234,11 +210,10 @@ static enum pbnds_status check_kind(exr_context_t context, const struct stream *
     }
     if (compression != EXR_COMPRESSION_NONE && compression != EXR_COMPRESSION_ZIPS &&
         compression != EXR_COMPRESSION_ZIP && compression != EXR_COMPRESSION_PIZ) {
-        return pbnds_fail(
-            error, PBNDS_ERROR_UNSUPPORTED,
-            "%s: its compression (%d) is not supported, store it with ZIP or "
-            "PIZ",
-            path, (int)compression);
+        return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,
+                          "%s: is compressed with %s, which is not supported; store it "
+                          "with ZIP or PIZ",
+                          path, compression_name(compression));
     }
     exr->compression = (enum pbnds_exr_compression)compression;
     return PBNDS_OK;
@@ -337,6 +312,23 @@ static enum pbnds_status read_channels(exr_context_t context, const struct strea
     return PBNDS_OK;
 }
 
+static bool copy_string(const exr_attr_string_t *from, struct pbnds_exr_attribute *to)
+{
+    if (!from || from->length < 0) return false;
+    const size_t length = (size_t)from->length;
+    char *text = to->value.string;
+    to->type = PBNDS_EXR_ATTRIBUTE_STRING;
+    if (length >= sizeof to->value.string) {
+        text = malloc(length + 1);
+        if (!text) return false;
+        to->type = PBNDS_EXR_ATTRIBUTE_TEXT;
+        to->value.text = text;
+    }
+    memcpy(text, from->str, length);
+    text[length] = 0;
+    return true;
+}
+
 /* False where the attribute is of another kind or does not fit. */
 static bool copy_attribute(const exr_attribute_t *from, struct pbnds_exr_attribute *to)
 {
@@ -344,14 +336,7 @@ static bool copy_attribute(const exr_attribute_t *from, struct pbnds_exr_attribu
     strcpy(to->name, from->name);
     switch (from->type) {
     case EXR_ATTR_STRING:
-        to->type = PBNDS_EXR_ATTRIBUTE_STRING;
-        if (!from->string || from->string->length < 0 ||
-            (size_t)from->string->length >= sizeof to->value.string) {
-            return false;
-        }
-        memcpy(to->value.string, from->string->str, (size_t)from->string->length);
-        to->value.string[from->string->length] = 0;
-        return true;
+        return copy_string(from->string, to);
     case EXR_ATTR_INT:
         to->type = PBNDS_EXR_ATTRIBUTE_INT;
         to->value.i = from->i;
@@ -445,7 +430,7 @@ static void unpack_halves(const struct pbnds_exr *exr, const struct staging *st,
         const uint16_t *in = st->halves + (size_t)i * st->plane;
         float *out = (float *)exr->channels[i].data + (size_t)row * (size_t)exr->width;
         for (size_t k = 0; k < count; ++k)
-            out[k] = float_from_half(in[k]);
+            out[k] = pbnds_float_from_half(in[k]);
     }
 }
 
@@ -459,54 +444,136 @@ static void pack_halves(const struct pbnds_exr *exr, const struct staging *st, i
             (const float *)exr->channels[i].data + (size_t)row * (size_t)exr->width;
         uint16_t *out = st->halves + (size_t)i * st->plane;
         for (size_t k = 0; k < count; ++k)
-            out[k] = half_from_float(in[k]);
+            out[k] = pbnds_half_from_float(in[k]);
     }
 }
 
-static exr_result_t decode_chunk(exr_context_t context, exr_decode_pipeline_t *pipe,
-                                 const struct pbnds_exr *exr, const struct staging *st,
-                                 int row, int top, int lines)
+/* What one thread keeps from chunk to chunk. */
+struct decoder {
+    exr_decode_pipeline_t pipe;
+    struct staging staging;
+    bool started;
+};
+
+/* One reading of all planes. */
+struct decoding {
+    exr_context_t context;
+    const struct pbnds_exr *exr;
+    struct decoder *decoders; /* one a thread */
+    exr_result_t *results;    /* one a chunk  */
+    int top, step;            /* first row of the data window, rows a chunk */
+};
+
+/* Of a chunk that no thread took on. */
+enum { NOT_DONE = -1 };
+
+static exr_result_t prepare_decoder(const struct decoding *job, struct decoder *d,
+                                    int row, int lines)
 {
+    const struct pbnds_exr *exr = job->exr;
     exr_chunk_info_t chunk;
-    exr_result_t rv = exr_read_scanline_chunk_info(context, 0, top + row, &chunk);
+    exr_result_t rv =
+        exr_read_scanline_chunk_info(job->context, 0, job->top + row, &chunk);
     if (rv != EXR_ERR_SUCCESS) return rv;
-    if (chunk.start_y != top + row || chunk.height != lines ||
+    if (chunk.start_y != job->top + row || chunk.height != lines ||
         chunk.width != exr->width) {
         return EXR_ERR_BAD_CHUNK_LEADER;
     }
-    rv = row == 0 ? exr_decoding_initialize(context, 0, &chunk, pipe)
-                  : exr_decoding_update(context, 0, &chunk, pipe);
+    rv = d->started ? exr_decoding_update(job->context, 0, &chunk, &d->pipe)
+                    : exr_decoding_initialize(job->context, 0, &chunk, &d->pipe);
     if (rv != EXR_ERR_SUCCESS) return rv;
-    for (int c = 0; c < pipe->channel_count; ++c) {
-        const int i = channel_index(exr, pipe->channels[c].channel_name);
+    for (int c = 0; c < d->pipe.channel_count; ++c) {
+        const int i = channel_index(exr, d->pipe.channels[c].channel_name);
         if (i < 0) return EXR_ERR_INVALID_ATTR;
-        bind_channel(&pipe->channels[c], exr, &exr->channels[i], st, i, row);
+        bind_channel(&d->pipe.channels[c], exr, &exr->channels[i], &d->staging, i, row);
     }
-    if (row == 0) rv = exr_decoding_choose_default_routines(context, 0, pipe);
-    if (rv == EXR_ERR_SUCCESS) rv = exr_decoding_run(context, 0, pipe);
-    /* The PIZ decoder says so of data that inflate beyond their chunk. */
-    if (rv == EXR_ERR_OUT_OF_MEMORY) rv = EXR_ERR_CORRUPT_CHUNK;
-    if (rv == EXR_ERR_SUCCESS) unpack_halves(exr, st, row, lines);
+    if (!d->started)
+        rv = exr_decoding_choose_default_routines(job->context, 0, &d->pipe);
+    d->started = true;
     return rv;
 }
 
-static enum pbnds_status read_planes(exr_context_t context, const struct stream *s,
+static void stop_decoder(const struct decoding *job, struct decoder *d)
+{
+    (void)exr_decoding_destroy(job->context, &d->pipe);
+    d->pipe = (exr_decode_pipeline_t)EXR_DECODE_PIPELINE_INITIALIZER;
+    d->started = false;
+}
+
+static exr_result_t decode_chunk(const struct decoding *job, struct decoder *d,
+                                 size_t chunk)
+{
+    const struct pbnds_exr *exr = job->exr;
+    const int row = (int)chunk * job->step;
+    const int lines = exr->height - row < job->step ? exr->height - row : job->step;
+    exr_result_t rv = prepare_decoder(job, d, row, lines);
+    if (rv == EXR_ERR_SUCCESS) rv = exr_decoding_run(job->context, 0, &d->pipe);
+    /* The PIZ decoder says so of data that inflate beyond their chunk. */
+    if (rv == EXR_ERR_OUT_OF_MEMORY) rv = EXR_ERR_CORRUPT_CHUNK;
+    if (rv == EXR_ERR_SUCCESS) {
+        unpack_halves(exr, &d->staging, row, lines);
+    } else {
+        stop_decoder(job, d); /* what a failure leaves is good for nothing */
+    }
+    return rv;
+}
+
+static void decode_body(void *context, size_t chunk, int thread)
+{
+    const struct decoding *job = context;
+    job->results[chunk] = decode_chunk(job, &job->decoders[thread], chunk);
+}
+
+/* The chunks that failed once more, in order, by this thread alone, so that the message is
+ * that of the first; and those that were left out because a stop was asked for: reading
+ * is short, and stops only as a whole. */
+static enum pbnds_status decode_again(const struct decoding *job, struct stream *s,
+                                      const char *path, size_t chunks,
+                                      struct pbnds_error *error)
+{
+    for (size_t i = 0; i < chunks; ++i) {
+        if (job->results[i] == EXR_ERR_SUCCESS) continue;
+        forget_message(s);
+        const exr_result_t rv = decode_chunk(job, &job->decoders[0], i);
+        if (rv != EXR_ERR_SUCCESS) return fail_read(s, path, rv, error);
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status read_planes(exr_context_t context, struct stream *s,
                                      const char *path, const struct pbnds_exr *exr,
                                      int top, struct pbnds_error *error)
 {
     int32_t step = 0;
-    exr_result_t rv = exr_get_scanlines_per_chunk(context, 0, &step);
+    const exr_result_t rv = exr_get_scanlines_per_chunk(context, 0, &step);
     if (rv != EXR_ERR_SUCCESS || step < 1) return fail_read(s, path, rv, error);
-    struct staging st;
-    PBNDS_TRY(staging_init(&st, exr, step, path, error));
-    exr_decode_pipeline_t pipe = EXR_DECODE_PIPELINE_INITIALIZER;
-    for (int row = 0; row < exr->height && rv == EXR_ERR_SUCCESS; row += step) {
-        const int lines = exr->height - row < step ? exr->height - row : step;
-        rv = decode_chunk(context, &pipe, exr, &st, row, top, lines);
+    const size_t chunks = ((size_t)exr->height + (size_t)step - 1) / (size_t)step;
+    const size_t threads = (size_t)pbnds_threads();
+    struct decoding job = {
+        .context = context,
+        .exr = exr,
+        .decoders = calloc(threads, sizeof *job.decoders),
+        .results = malloc(chunks * sizeof *job.results),
+        .top = top,
+        .step = step,
+    };
+    enum pbnds_status status =
+        job.decoders && job.results ? PBNDS_OK : fail_memory(path, error);
+    for (size_t t = 0; t < threads && status == PBNDS_OK; ++t)
+        status = staging_init(&job.decoders[t].staging, exr, step, path, error);
+    if (status == PBNDS_OK) {
+        for (size_t i = 0; i < chunks; ++i)
+            job.results[i] = NOT_DONE;
+        pbnds_parallel_for(chunks, decode_body, &job);
+        status = decode_again(&job, s, path, chunks, error);
     }
-    (void)exr_decoding_destroy(context, &pipe);
-    free(st.halves);
-    return rv == EXR_ERR_SUCCESS ? PBNDS_OK : fail_read(s, path, rv, error);
+    for (size_t t = 0; t < threads && job.decoders; ++t) {
+        stop_decoder(&job, &job.decoders[t]);
+        free(job.decoders[t].staging.halves);
+    }
+    free(job.decoders);
+    free(job.results);
+    return status;
 }
 
 static enum pbnds_status read_stream(struct stream *s, const char *path,
@@ -536,7 +603,8 @@ enum pbnds_status pbnds_exr_read(const char *path, struct pbnds_exr *exr,
     size_t size = 0;
     PBNDS_TRY(
         pbnds_file_read(path, planes_max + (planes_max >> 4), &bytes, &size, error));
-    struct stream s = {.bytes = bytes, .size = size, .fd = -1};
+    struct stream s = {
+        .bytes = bytes, .size = size, .fd = -1, .told = ATOMIC_FLAG_INIT};
     const enum pbnds_status status = read_stream(&s, path, exr, error);
     free(bytes);
     if (status != PBNDS_OK) pbnds_exr_free(exr);
@@ -547,6 +615,10 @@ void pbnds_exr_free(struct pbnds_exr *exr)
 {
     for (int i = 0; i < exr->channel_count; ++i)
         free(exr->channels[i].data);
+    for (int i = 0; i < exr->attribute_count; ++i) {
+        if (exr->attributes[i].type == PBNDS_EXR_ATTRIBUTE_TEXT)
+            free(exr->attributes[i].value.text);
+    }
     free(exr->channels);
     free(exr->attributes);
     *exr = (struct pbnds_exr){0};
@@ -633,6 +705,8 @@ static exr_result_t write_attribute(exr_context_t context,
     switch (a->type) {
     case PBNDS_EXR_ATTRIBUTE_STRING:
         return exr_attr_set_string(context, 0, a->name, a->value.string);
+    case PBNDS_EXR_ATTRIBUTE_TEXT:
+        return exr_attr_set_string(context, 0, a->name, a->value.text);
     case PBNDS_EXR_ATTRIBUTE_INT:
         return exr_attr_set_int(context, 0, a->name, a->value.i);
     case PBNDS_EXR_ATTRIBUTE_FLOAT:
@@ -659,6 +733,7 @@ static enum pbnds_status write_attributes(exr_context_t context, const struct st
         const bool text = a->type == PBNDS_EXR_ATTRIBUTE_STRING;
         if (!terminated(a->name, sizeof a->name) || !a->name[0] ||
             (text && !terminated(a->value.string, sizeof a->value.string)) ||
+            (a->type == PBNDS_EXR_ATTRIBUTE_TEXT && !a->value.text) ||
             one_of(a->name, reserved)) {
             return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
                               "%s: attribute %d lacks a name of its own or an end",
@@ -707,24 +782,96 @@ static exr_result_t start_part(exr_context_t context, const struct pbnds_exr *ex
     return rv == EXR_ERR_SUCCESS ? add_channels(context, exr) : rv;
 }
 
-static exr_result_t encode_chunk(exr_context_t context, exr_encode_pipeline_t *pipe,
-                                 const struct pbnds_exr *exr, const struct staging *st,
-                                 int row, int lines)
+/* Chunks must be written in order, and take far longer to compress than to write. So
+ * some are compressed at once, each by its own pipeline, and then written one after the
+ * other: the file is the same at any number of threads, and no thread waits for another
+ * in the middle of its work. */
+enum { ENCODERS_A_THREAD = 2, ENCODERS_MAX = 32 };
+
+struct encoder {
+    exr_encode_pipeline_t pipe;
+    struct staging staging;
+    bool started, done;
+    exr_result_t result;
+};
+
+struct encoding {
+    exr_context_t context;
+    const struct pbnds_exr *exr;
+    struct encoder *encoders;
+    int step;      /* rows a chunk           */
+    int first_row; /* of the encoders' batch */
+};
+
+static exr_result_t keep_chunk(exr_encode_pipeline_t *pipe)
 {
+    (void)pipe;
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t encode_chunk(const struct encoding *job, struct encoder *e, int row)
+{
+    const struct pbnds_exr *exr = job->exr;
+    const int lines = exr->height - row < job->step ? exr->height - row : job->step;
     exr_chunk_info_t chunk;
-    exr_result_t rv = exr_write_scanline_chunk_info(context, 0, row, &chunk);
+    exr_result_t rv = exr_write_scanline_chunk_info(job->context, 0, row, &chunk);
     if (rv != EXR_ERR_SUCCESS) return rv;
-    rv = row == 0 ? exr_encoding_initialize(context, 0, &chunk, pipe)
-                  : exr_encoding_update(context, 0, &chunk, pipe);
+    rv = e->started ? exr_encoding_update(job->context, 0, &chunk, &e->pipe)
+                    : exr_encoding_initialize(job->context, 0, &chunk, &e->pipe);
     if (rv != EXR_ERR_SUCCESS) return rv;
-    pack_halves(exr, st, row, lines);
-    for (int c = 0; c < pipe->channel_count; ++c) {
-        const int i = channel_index(exr, pipe->channels[c].channel_name);
+    pack_halves(exr, &e->staging, row, lines);
+    for (int c = 0; c < e->pipe.channel_count; ++c) {
+        const int i = channel_index(exr, e->pipe.channels[c].channel_name);
         if (i < 0) return EXR_ERR_INVALID_ATTR;
-        bind_channel(&pipe->channels[c], exr, &exr->channels[i], st, i, row);
+        bind_channel(&e->pipe.channels[c], exr, &exr->channels[i], &e->staging, i, row);
     }
-    if (row == 0) rv = exr_encoding_choose_default_routines(context, 0, pipe);
-    return rv == EXR_ERR_SUCCESS ? exr_encoding_run(context, 0, pipe) : rv;
+    if (!e->started) {
+        rv = exr_encoding_choose_default_routines(job->context, 0, &e->pipe);
+        e->pipe.yield_until_ready_fn = keep_chunk;
+        e->pipe.write_fn = keep_chunk;
+        e->started = true;
+    }
+    return rv == EXR_ERR_SUCCESS ? exr_encoding_run(job->context, 0, &e->pipe) : rv;
+}
+
+static void encode_body(void *context, size_t i, int thread)
+{
+    (void)thread;
+    const struct encoding *job = context;
+    struct encoder *e = &job->encoders[i];
+    e->result = encode_chunk(job, e, job->first_row + (int)i * job->step);
+    e->done = true;
+}
+
+/* Compresses `count` chunks and writes them. One that was left out because a stop was
+ * asked for is done here: a file that was begun is finished. */
+static exr_result_t encode_batch(struct encoding *job, size_t count)
+{
+    for (size_t i = 0; i < count; ++i)
+        job->encoders[i].done = false;
+    pbnds_parallel_for(count, encode_body, job);
+    for (size_t i = 0; i < count; ++i) {
+        struct encoder *e = &job->encoders[i];
+        if (!e->done) encode_body(job, i, 0);
+        if (e->result != EXR_ERR_SUCCESS) return e->result;
+        const exr_result_t rv = exr_write_scanline_chunk(
+            job->context, 0, job->first_row + (int)i * job->step,
+            e->pipe.compressed_buffer, e->pipe.compressed_bytes);
+        if (rv != EXR_ERR_SUCCESS) return rv;
+    }
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t encode_all(struct encoding *job, size_t encoders)
+{
+    const size_t step = (size_t)job->step, height = (size_t)job->exr->height;
+    for (size_t row = 0; row < height; row += encoders * step) {
+        const size_t left = (height - row + step - 1) / step;
+        job->first_row = (int)row;
+        const exr_result_t rv = encode_batch(job, left < encoders ? left : encoders);
+        if (rv != EXR_ERR_SUCCESS) return rv;
+    }
+    return EXR_ERR_SUCCESS;
 }
 
 static enum pbnds_status write_planes(exr_context_t context, const struct stream *s,
@@ -734,16 +881,28 @@ static enum pbnds_status write_planes(exr_context_t context, const struct stream
     int32_t step = 0;
     exr_result_t rv = exr_get_scanlines_per_chunk(context, 0, &step);
     if (rv != EXR_ERR_SUCCESS || step < 1) return fail_write(s, path, rv, error);
-    struct staging st;
-    PBNDS_TRY(staging_init(&st, exr, step, path, error));
-    exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
-    for (int row = 0; row < exr->height && rv == EXR_ERR_SUCCESS; row += step) {
-        const int lines = exr->height - row < step ? exr->height - row : step;
-        rv = encode_chunk(context, &pipe, exr, &st, row, lines);
+    const size_t chunks = ((size_t)exr->height + (size_t)step - 1) / (size_t)step;
+    size_t count = (size_t)pbnds_threads();
+    count = count > 1 ? count * ENCODERS_A_THREAD : 1;
+    if (count > ENCODERS_MAX) count = ENCODERS_MAX;
+    if (count > chunks) count = chunks;
+    struct encoding job = {.context = context,
+                           .exr = exr,
+                           .encoders = calloc(count, sizeof *job.encoders),
+                           .step = step};
+    enum pbnds_status status = job.encoders ? PBNDS_OK : fail_memory(path, error);
+    for (size_t i = 0; i < count && status == PBNDS_OK; ++i)
+        status = staging_init(&job.encoders[i].staging, exr, step, path, error);
+    if (status == PBNDS_OK) {
+        rv = encode_all(&job, count);
+        if (rv != EXR_ERR_SUCCESS) status = fail_write(s, path, rv, error);
     }
-    (void)exr_encoding_destroy(context, &pipe);
-    free(st.halves);
-    return rv == EXR_ERR_SUCCESS ? PBNDS_OK : fail_write(s, path, rv, error);
+    for (size_t i = 0; i < count && job.encoders; ++i) {
+        (void)exr_encoding_destroy(context, &job.encoders[i].pipe);
+        free(job.encoders[i].staging.halves);
+    }
+    free(job.encoders);
+    return status;
 }
 
 static enum pbnds_status write_stream(struct stream *s, const char *path,
@@ -776,7 +935,8 @@ enum pbnds_status pbnds_exr_write(const char *path, const struct pbnds_exr *exr,
     PBNDS_TRY(check_description(path, exr, error));
     struct pbnds_file_writer w;
     PBNDS_TRY(pbnds_file_begin(&w, path, error));
-    struct stream s = {.fd = open(w.temp, O_WRONLY | O_CLOEXEC)};
+    struct stream s = {.fd = open(w.temp, O_WRONLY | O_CLOEXEC),
+                       .told = ATOMIC_FLAG_INIT};
     enum pbnds_status status;
     if (s.fd < 0) {
         status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be written: %s", path,

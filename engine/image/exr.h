@@ -1,7 +1,8 @@
 /**
  * @file exr.h
  * OpenEXR files of named channels through OpenEXRCore (the only file that includes it):
- * single part, scanline, lossless (none, ZIPS, ZIP, PIZ). What it cannot read (DWAA, DWAB,
+ * single part, scanline, lossless (none, ZIPS, ZIP, PIZ). Chunks are compressed and
+ * decompressed by all threads (parallel.h); file and planes are the same at any number. What it cannot read (DWAA, DWAB,
  * tiles, several parts) is PBNDS_ERROR_UNSUPPORTED; light maps then go through oiio.h.
  */
 #ifndef PBNDS_ENGINE_IMAGE_EXR_H
@@ -34,6 +35,7 @@ enum pbnds_exr_attribute_type {
     PBNDS_EXR_ATTRIBUTE_INT,
     PBNDS_EXR_ATTRIBUTE_FLOAT,
     PBNDS_EXR_ATTRIBUTE_M44F, /**< 16 floats, OpenEXR row-vector order        */
+    PBNDS_EXR_ATTRIBUTE_TEXT, /**< a string over 511 bytes                    */
 };
 
 struct pbnds_exr_attribute {
@@ -44,6 +46,7 @@ struct pbnds_exr_attribute {
         int32_t i;
         float f;
         float m44[16];
+        char *text; /**< owned by a file that was read, borrowed when written */
     } value;
 };
 
@@ -61,8 +64,7 @@ struct pbnds_exr {
 extern "C" {
 #endif
 
-/** Reads every channel and every attribute of the four kinds above (not strings over 511
- *  bytes). The data window may be offset; its size is the image's. Errors: IO, FORMAT (truncated, damaged, 0x0),
+/** Reads every channel and every attribute of the kinds above. The data window may be offset; its size is the image's. Errors: IO, FORMAT (truncated, damaged, 0x0),
  *  UNSUPPORTED, MEMORY (over 2^31 bytes of planes). */
 enum pbnds_status pbnds_exr_read(const char *path, struct pbnds_exr *exr,
                                  struct pbnds_error *error) PBNDS_NODISCARD;
