@@ -100,8 +100,7 @@ struct pbnds_gbuffer {
 enum pbnds_optional {
     PBNDS_OPTIONAL_AO = 1u << 0,
     PBNDS_OPTIONAL_UV = 1u << 1,
-    PBNDS_OPTIONAL_MOTION = 1u
-                            << 2, /**< of a scene that was loaded without motion only
+    PBNDS_OPTIONAL_MOTION = 1u << 2, /**< of a scene that was loaded without motion only
                                        the camera's is seen                            */
     PBNDS_OPTIONAL_MATERIAL_ID = 1u << 3,
     PBNDS_OPTIONAL_CRYPTOMATTE =
@@ -134,6 +133,8 @@ struct pbnds_gbuffer_origin {
     enum pbnds_depth_kind depth; /**< of `Z` in the file                          */
     char arguments
         [400]; /**< the command line                                             */
+    char
+        version[32]; /**< of the program that wrote the file; for readers             */
 };
 
 #ifdef __cplusplus
@@ -156,9 +157,19 @@ enum pbnds_status pbnds_gbuffer_raycast(const struct pbnds_scene *scene,
                                         struct pbnds_gbuffer *gbuffer,
                                         struct pbnds_error *error) PBNDS_NODISCARD;
 
-/** Writes the contract's channels and attributes; `radiance` (3-channel, linear, or NULL)
- *  joins as R, G, B with A = coverage; `extra` are further channels (borrowed) such as a
- *  data set's targets. */
+/**
+ * Writes the contract's channels and attributes; origin NULL: normals in camera space,
+ * planar depth. `radiance` (3-channel, linear, or NULL) joins as R, G, B with
+ * A = coverage; `extra` are further channels (borrowed) such as a data set's targets.
+ *
+ * Beside those of DESIGN's contract: f0.{R,G,B} and f90.R where the G-buffer has them,
+ * material_id (uint), and Cryptomatte's CryptoObject00 to 02 and CryptoMaterial00 to 02.
+ * Attributes: pbnds:contract, version, normalSpace (camera or world), depth (planar or
+ * distance: from the eye, along the ray through the pixel's centre), samples, through
+ * (first or alpha), camera, projection, yfov (radians), ymag, worldFromCamera; with an
+ * origin env, envYaw (degrees), envStrength, envConvention, seed, arguments; and
+ * OpenEXR's worldToCamera and worldToNDC, for row vectors.
+ */
 enum pbnds_status pbnds_gbuffer_write(
     const char *path, const struct pbnds_gbuffer *gbuffer,
     const struct pbnds_gbuffer_origin *origin, const struct pbnds_image *radiance,
@@ -167,7 +178,8 @@ enum pbnds_status pbnds_gbuffer_write(
 
 /** Reads a G-buffer of ours. Required: albedo.*, normal.*, Z and roughness.R; the rest gets
  *  its default when absent (specular 0.04, metallic 0, coverage from Z, position from Z and
- *  the camera, emission 0). A file without our camera attributes gets a camera at the origin
+ *  the camera, emission 0); optional planes come where the file has them. Normals are
+ *  taken to world space and depth to planar, as the header says. A file without our camera attributes gets a camera at the origin
  *  of 40 degrees vertical field of view. `origin`, `radiance` may be NULL; radiance is
  *  left empty where the file has no R, G, B. `exr` (or NULL) receives the raw file for extra
  *  channels and is the caller's to free.

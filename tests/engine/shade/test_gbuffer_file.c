@@ -96,7 +96,8 @@ static void round_trip(void **state)
                                           18446744073709551615u,
                                           PBNDS_NORMAL_CAMERA,
                                           PBNDS_DEPTH_PLANAR,
-                                          "pbnds gbuffer head.glb -o x.exr"};
+                                          "pbnds gbuffer head.glb -o x.exr",
+                                          ""};
     struct pbnds_image radiance;
     struct pbnds_error error;
     assert_int_equal(pbnds_image_init(&radiance, W, H, 3, &error), PBNDS_OK);
@@ -142,6 +143,7 @@ static void round_trip(void **state)
     assert_string_equal(back.env, origin.env);
     assert_string_equal(back.env_convention, "openexr");
     assert_string_equal(back.arguments, origin.arguments);
+    assert_string_equal(back.version, PBNDS_VERSION);
     assert_true(back.env_yaw_deg == 12.5f && back.env_strength == 0.75f);
     assert_true(back.seed == UINT64_MAX);
     const struct pbnds_exr_channel *c = pbnds_exr_find(&exr, "target.R");
