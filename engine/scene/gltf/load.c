@@ -29,7 +29,7 @@ enum pbnds_status pbnds_gltf_choose(struct pbnds_gltf_load_state *g, const char 
                                     pbnds_gltf_namer *name, size_t *chosen)
 {
     for (size_t i = 0; i < count; ++i) {
-        if (strcmp(name(&g->doc, i), wanted) != 0) continue;
+        if (!wanted[0] || strcmp(name(&g->doc, i), wanted) != 0) continue;
         *chosen = i;
         return PBNDS_OK;
     }

@@ -200,32 +200,64 @@ static void transforms_are_folded(void **state)
 {
     (void)state;
     struct pbnds_scene s;
-    load_material("{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":"
-                  "0," TRANSFORM("\"offset\":[0,1],\"rotation\":1.57079632679,"
-                                 "\"scale\":[0.5,0.5]") "},"
-                                                        "\"metallicRoughnessTexture\":{"
-                                                        "\"index\":1," TRANSFORM("\"off"
-                                                                                 "set\""
-                                                                                 ":[0,"
-                                                                                 "1],"
-                                                                                 "\"sca"
-                                                                                 "le\":"
-                                                                                 "[1,-"
-                                                                                 "1],"
-                                                                                 "\"tex"
-                                                                                 "Coord"
-                                                                                 "\":1") "}},\"normalTexture\":{\"index\":2," TRANSFORM("\"rotation\":0") "},\"occlusionTexture\":{\"index\":3,\"texCoord\":1," TRANSFORM(
-                                                            "\"texCoord\":0") "},"
+    load_material(
+        "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":"
+        "0," TRANSFORM(
+            "\"offset\":[0,1],\"rotation\":1.57079632679,"
+            "\"scale\":[0.5,0.5]") "},"
+                                   "\"metallicRoughnessTexture\":{"
+                                   "\"index\":1," TRANSFORM(
+                                       "\"off"
+                                       "set\""
+                                       ":[0,"
+                                       "1],"
+                                       "\"sca"
+                                       "le\":"
+                                       "[1,-"
+                                       "1],"
+                                       "\"tex"
+                                       "Coord"
+                                       "\":1") "}},\"normalTexture\":{\"index\":"
+                                               "2," TRANSFORM(
+                                                   "\"rotation\":0") "},"
+                                                                     "\"occl"
+                                                                     "usionT"
+                                                                     "exture"
+                                                                     "\":{"
+                                                                     "\"inde"
+                                                                     "x\":3,"
+                                                                     "\"texC"
+                                                                     "oord\""
+                                                                     ":1"
+                                                                     "," TRANSFORM(
+                                                                         "\"texCoord\":"
+                                                                         "0") "},"
                                                                               "\"emissi"
                                                                               "veTextur"
                                                                               "e\":{"
                                                                               "\"index"
                                                                               "\":"
                                                                               "4"
-                                                                              "," TRANSFORM("\"rotation\":1.57079632679,\"scale\":[2,3],\"offset\":[10,20]") "},\"extensions\":{\"KHR_materials_specular\":{\"specularTexture\":{"
-                                                                                                                                                             "\"index\":5," TRANSFORM(
-                                                                                                                                                                 "\"offset\":[0.25,0]") "},\"specularColorTexture\":{\"index\":6}}}}",
-                  &s);
+                                                                              "," TRANSFORM(
+                                                                                  "\"ro"
+                                                                                  "tati"
+                                                                                  "on\""
+                                                                                  ":1."
+                                                                                  "5707"
+                                                                                  "9632"
+                                                                                  "679,"
+                                                                                  "\"sc"
+                                                                                  "ale"
+                                                                                  "\":["
+                                                                                  "2,3]"
+                                                                                  ",\"o"
+                                                                                  "ffse"
+                                                                                  "t\":"
+                                                                                  "[10,"
+                                                                                  "20]") "},\"extensions\":{\"KHR_materials_specular\":{\"specularTexture\":{"
+                                                                                         "\"index\":5," TRANSFORM(
+                                                                                             "\"offset\":[0.25,0]") "},\"specularColorTexture\":{\"index\":6}}}}",
+        &s);
     const struct pbnds_material *m = &s.materials[0];
     /* The lower left quarter of the image, turned clockwise by 90 degrees: its left edge
      * from the bottom up lies along the top from the left. */

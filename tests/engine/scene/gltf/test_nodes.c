@@ -114,6 +114,47 @@ static void nodes_make_a_tree(void **state)
     pbnds_scene_free(&s);
 }
 
+static void a_scene_is_chosen(void **state)
+{
+    (void)state;
+    static const char scenes[] =
+        "\"scene\":1,\"scenes\":[{\"name\":\"day\",\"nodes\":[0]},{\"name\":\"1\","
+        "\"nodes\":[1]},{\"nodes\":[0,1]}],\"nodes\":[{\"mesh\":0,\"name\":\"house\"},"
+        "{\"mesh\":0,\"translation\":[5,0,0]}]";
+    static const struct {
+        const char *name;
+        int meshes;
+        double x;
+    } cases[] = {{NULL, 1, 5}, {"day", 1, 0}, {"1", 1, 5}, {"0", 1, 0}, {"2", 2, 0}};
+    char *json = edit(square_json,
+                      "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+                      "\"nodes\":[{\"mesh\":0}]",
+                      scenes);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+        const struct pbnds_gltf_options options = {.scene = cases[i].name};
+        struct pbnds_scene s;
+        assert_int_equal(load_with(json, &square, sizeof square, &options, &s),
+                         PBNDS_OK);
+        assert_int_equal(s.mesh_count, cases[i].meshes);
+        assert_near((double)s.meshes[0].position[0].x, cases[i].x, 0);
+        /* Objects are the nodes, in the scene or not. */
+        assert_int_equal(s.object_count, 2);
+        assert_string_equal(s.objects[0].name, "house");
+        assert_string_equal(s.objects[1].name, "node 1");
+        assert_true(s.meshes[s.mesh_count - 1].object_id < 2);
+        pbnds_scene_free(&s);
+    }
+    static const char *const none[] = {"night", "3", "-1", "", "0x0", " 0"};
+    for (size_t i = 0; i < sizeof none / sizeof none[0]; ++i) {
+        const struct pbnds_gltf_options options = {.scene = none[i]};
+        struct pbnds_scene s;
+        assert_int_equal(load_with(json, &square, sizeof square, &options, &s),
+                         PBNDS_ERROR_ARGUMENT);
+        assert_non_null(strstr(fault.message, "scene"));
+    }
+    free(json);
+}
+
 static void a_deep_tree_needs_no_stack(void **state)
 {
     (void)state;
@@ -177,6 +218,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(transforms_agree_with_the_inverse_transpose),
         cmocka_unit_test(nodes_make_a_tree),
+        cmocka_unit_test(a_scene_is_chosen),
         cmocka_unit_test(a_deep_tree_needs_no_stack),
         cmocka_unit_test(cameras_are_rigid),
     };
