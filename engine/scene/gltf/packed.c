@@ -59,8 +59,8 @@ static enum pbnds_status check_view(struct pbnds_gltf_load_state *g, size_t inde
         (uint64_t)m->length > size - (uint64_t)m->offset) {
         return bad_view(g, index, "a range beyond its buffer");
     }
+    /* Below 2^53 and 2^9: the product fits. */
     if (m->count < 0 || m->stride <= 0 || m->stride > 256 ||
-        (uint64_t)m->count > UINT64_MAX / 256 ||
         (uint64_t)m->count * (uint64_t)m->stride != v->length) {
         return bad_view(g, index, "a byteStride and count that are not its size");
     }

@@ -237,6 +237,8 @@ static void counts_are_compared_before_decoding(void **state)
         pbnds_draco_free(m);
         struct pbnds_draco_limits limits = {FACES, points, 1 << 20};
         assert_int_equal(try_decode(&limits), PBNDS_OK);
+        limits.triangles = FACES + 1;
+        assert_int_equal(try_decode(&limits), PBNDS_ERROR_FORMAT);
         limits.triangles = FACES - 1;
         assert_int_equal(try_decode(&limits), PBNDS_ERROR_FORMAT);
         assert_non_null(strstr(fault.message, "indices"));
