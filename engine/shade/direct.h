@@ -1,14 +1,26 @@
 /**
  * @file direct.h
- * Light that reaches the visible surface straight from the light map:
+ * Light that reaches the visible surface straight from the light map and from the lights
+ * of the file:
  *
  *     L_o = L_e + integral f(wo, wi) L_i(wi) V(wi) max(n.wi, 0) dwi
+ *               + sum_lights f(wo, wi) E V(wi) max(n.wi, 0)        (light_punctual.h)
  *
- * Each sample of a pixel draws one direction from the map and one from the BRDF, and
+ * Map. Each sample of a pixel draws one direction from the map and one from the BRDF, and
  * weighs them by the balance heuristic (Veach 1997, eq. 9.8; both with one sample):
- * f L cos / (p_map + p_brdf) whichever of them drew it. V is traced where shadows are
- * on; directions below the geometric surface are then dark too. Without shadows V = 1,
- * since only the shading normal is known.
+ * f L cos / (p_map + p_brdf) whichever of them drew it.
+ *
+ * Lights of the file. They have one direction each, so all of them are summed and nothing
+ * is drawn. They are known where the job has its scene; a G-buffer from a file has none.
+ *
+ * V is traced where shadows are on, up to the light; directions below the geometric
+ * surface are then dark too. Without shadows V = 1, since only the shading normal is
+ * known. BLEND surfaces let light through by chance (accel.h): a sample's shadow rays see
+ * their own choice of layers, so that V's mean is the light let through; for lights of
+ * the file it is averaged over as many rays as the job has samples.
+ *
+ * The result is the radiance of what covers the pixel; shader.h says how it is composed
+ * with what is behind.
  */
 #ifndef PBNDS_ENGINE_SHADE_DIRECT_H
 #define PBNDS_ENGINE_SHADE_DIRECT_H

@@ -2,6 +2,8 @@
  * geometry. */
 #include "tests/test.h"
 
+#include <string.h>
+
 #include "engine/core/parallel.h"
 #include "engine/shade/direct.h"
 #include "tests/engine/shade/fixture.h"
@@ -215,6 +217,101 @@ static void light_does_not_leak_through_the_surface(void **state)
     fixture_free(&f);
 }
 
+/* The floor under one or two lamps of the file; f0 = f90 = 0 makes it Lambert's. */
+static void under_lamps(struct fixture *f, const struct pbnds_mesh *meshes, int count,
+                        const struct pbnds_light *lights, int light_count, float alpha)
+{
+    struct pbnds_material m[2] = {matte(0.8f), matte(0.5f)};
+    m[0].specular = 0.0f;
+    m[1].base_color.w = alpha;
+    m[1].alpha_mode = alpha < 1.0f ? PBNDS_ALPHA_BLEND : PBNDS_ALPHA_OPAQUE;
+    fixture_scene(f, meshes, count, m, 2);
+    f->scene.lights = must_alloc((size_t)light_count, sizeof *lights);
+    memcpy(f->scene.lights, lights, (size_t)light_count * sizeof *lights);
+    f->scene.light_count = light_count;
+    fixture_view(f, pbnds_vec3_make(0.0f, 3.0f, 0.0f), pbnds_splat(0.0f), 1, 1);
+}
+
+static const struct pbnds_light LAMP = {.kind = PBNDS_LIGHT_POINT,
+                                        .position = {3.0f, 4.0f, 0.0f},
+                                        .intensity = {50.0f, 50.0f, 50.0f},
+                                        .range = INFINITY};
+static const struct pbnds_light SUN = {.kind = PBNDS_LIGHT_DIRECTIONAL,
+                                       .direction = {0.0f, -0.6f, 0.8f},
+                                       .intensity = {2.0f, 2.0f, 2.0f},
+                                       .range = INFINITY};
+
+/* rho / pi I cos / d^2 of a lamp 5 m away at a cosine of 4/5, and rho / pi E cos. */
+static void lamps_have_their_closed_form(void **state)
+{
+    (void)state;
+    const double lamp = 0.8 / acos(-1.0) * 50.0 * 0.8 / 25.0;
+    const double sun = 0.8 / acos(-1.0) * 2.0 * 0.6;
+    const struct pbnds_light both[2] = {LAMP, SUN};
+    const char *names[] = {"ggx", "blinn-phong"};
+    for (int s = 0; s < 2; ++s)
+        for (int shadows = 0; shadows < 2; ++shadows) {
+            struct fixture f;
+            const struct pbnds_mesh mesh = floor_at(0.0f, 2.0f, 0);
+            under_lamps(&f, &mesh, 1, both, 2, 1.0f);
+            f.job.shadows = shadows;
+            assert_near(one_pixel(&f, names[s]), lamp + sun, 2e-5);
+            /* the map's light comes on top: rho of a white one */
+            fixture_light(&f, 8, light_white);
+            f.job.spp = 256;
+            assert_near(one_pixel(&f, names[s]), lamp + sun + 0.8, 1e-3);
+            f.job.envmap = NULL;
+            f.scene.light_count = 1;
+            assert_near(one_pixel(&f, names[s]), lamp, 2e-5);
+            f.scene.light_count = 0;
+            assert_near(one_pixel(&f, names[s]), 0.0, 0.0);
+            f.scene.light_count = 2;
+            f.job.scene = NULL; /* a G-buffer from a file knows no lights */
+            f.job.accel = NULL;
+            assert_near(one_pixel(&f, names[s]), 0.0, 0.0);
+            fixture_free(&f);
+        }
+}
+
+/* A sheet below the lamp hides it, above it does not; a sheet that blends hides its
+ * alpha, whichever light comes through. */
+static void lamps_throw_shadows(void **state)
+{
+    (void)state;
+    const double lamp = 0.8 / acos(-1.0) * 50.0 * 0.8 / 25.0;
+    const float heights[] = {3.5f, 4.5f}, alphas[] = {1.0f, 0.3f};
+    for (int h = 0; h < 2; ++h)
+        for (int a = 0; a < 2; ++a) {
+            struct fixture f;
+            const struct pbnds_vec3 o = {1.5f, heights[h], -1.0f};
+            const struct pbnds_mesh meshes[2] = {
+                floor_at(0.0f, 2.0f, 0), quad(o, pbnds_vec3_make(4.0f, 0.0f, 0.0f),
+                                              pbnds_vec3_make(0.0f, 0.0f, 2.0f), 1)};
+            under_lamps(&f, meshes, 2, &LAMP, 1, alphas[a]);
+            f.job.spp = 4096;
+            const double seen = h == 1 ? 1.0 : a == 0 ? 0.0 : 0.7;
+            const double noise = seen < 1.0 && seen > 0.0 ? 0.03 : 1e-5;
+            assert_near(one_pixel(&f, "ggx") / lamp, seen, noise); /* on by default */
+            f.job.shadows = 0;
+            assert_near(one_pixel(&f, "ggx") / lamp, 1.0, 1e-5);
+            fixture_free(&f);
+        }
+}
+
+/* Under a white sky and a huge sheet of alpha 0.3 0.7 of the light is left. */
+static void the_map_shines_through_what_blends(void **state)
+{
+    (void)state;
+    struct fixture f;
+    const struct pbnds_mesh meshes[2] = {floor_at(0.0f, 2.0f, 0),
+                                         floor_at(4.0f, 5000.0f, 1)};
+    under_lamps(&f, meshes, 2, &LAMP, 0, 0.3f);
+    fixture_light(&f, 8, light_white);
+    f.job.spp = 4096;
+    assert_near(one_pixel(&f, "ggx"), 0.8 * 0.7, 0.01);
+    fixture_free(&f);
+}
+
 static void no_light_is_exactly_the_emission(void **state)
 {
     (void)state;
@@ -277,6 +374,9 @@ int main(void)
         cmocka_unit_test(a_wall_takes_half_of_the_sky),
         cmocka_unit_test(under_a_lid_it_is_dark),
         cmocka_unit_test(light_does_not_leak_through_the_surface),
+        cmocka_unit_test(lamps_have_their_closed_form),
+        cmocka_unit_test(lamps_throw_shadows),
+        cmocka_unit_test(the_map_shines_through_what_blends),
         cmocka_unit_test(no_light_is_exactly_the_emission),
         cmocka_unit_test(threads_do_not_matter_and_the_seed_does),
     };
