@@ -3,9 +3,7 @@
 #define PBNDS_TESTS_ENGINE_SHADE_LOBE_H
 
 #include <stdbool.h>
-#include <string.h>
 
-#include "engine/core/rng.h"
 #include "engine/shade/brdf.h"
 #include "tests/test.h"
 
@@ -78,62 +76,5 @@ static inline double quadrature_pdf(const struct lobe *lobe, struct pbnds_vec3 w
                                  pbnds_to_world(&lobe->frame, wi));
     }
     return sum * 2.0 * (double)PBNDS_PI / ((double)n * n);
-}
-
-enum { CHI_Z = 12, CHI_PHI = 16, CHI_SUB = 24, CHI_SAMPLES = 200000 };
-
-/* Pearson's statistic of random samples against the integral of pdf over each bin, in
- * standard deviations above its mean: chi^2 of k degrees has mean k and variance 2 k.
- * Bins of fewer than ten expected samples, and the samples not kept, go together. */
-static inline double chi_square_excess(const struct lobe *lobe, struct pbnds_vec3 wo,
-                                       uint64_t seed)
-{
-    static int observed[CHI_Z * CHI_PHI];
-    const struct pbnds_vec3 wo_world = pbnds_to_world(&lobe->frame, wo);
-    memset(observed, 0, sizeof observed);
-    for (uint64_t i = 0; i < CHI_SAMPLES; ++i) {
-        struct pbnds_rng rng = pbnds_rng_make(seed, 0, i);
-        const float u0 = pbnds_rng_float(&rng), u1 = pbnds_rng_float(&rng),
-                    u2 = pbnds_rng_float(&rng);
-        struct pbnds_brdf_sample s;
-        if (!lobe->sample(lobe->brdf, wo_world, u0, u1, u2, &s)) continue;
-        const struct pbnds_vec3 wi = pbnds_to_local(&lobe->frame, s.wi);
-        const float turn = atan2f(wi.y, wi.x) / (2.0f * PBNDS_PI);
-        int z = (int)(wi.z * CHI_Z);
-        int phi = (int)((turn < 0.0f ? turn + 1.0f : turn) * CHI_PHI);
-        z = z < 0 ? 0 : z >= CHI_Z ? CHI_Z - 1 : z;
-        phi = phi >= CHI_PHI ? CHI_PHI - 1 : phi;
-        ++observed[z * CHI_PHI + phi];
-    }
-    double chi = 0.0, rest_expected = CHI_SAMPLES, rest_observed = CHI_SAMPLES;
-    int degrees = 0;
-    for (int bin = 0; bin < CHI_Z * CHI_PHI; ++bin) {
-        double integral = 0.0;
-        for (int i = 0; i < CHI_SUB * CHI_SUB; ++i) {
-            const float z =
-                ((float)(bin / CHI_PHI) + ((float)(i / CHI_SUB) + 0.5f) / CHI_SUB) /
-                CHI_Z;
-            const float phi =
-                ((float)(bin % CHI_PHI) + ((float)(i % CHI_SUB) + 0.5f) / CHI_SUB) /
-                CHI_PHI;
-            integral += (double)lobe->pdf(
-                lobe->brdf, wo_world,
-                pbnds_to_world(&lobe->frame, direction(z, 2.0f * PBNDS_PI * phi)));
-        }
-        const double expected = integral * 2.0 * (double)PBNDS_PI /
-                                (CHI_Z * CHI_PHI * CHI_SUB * CHI_SUB) * CHI_SAMPLES;
-        if (expected < 10.0) continue;
-        chi += (observed[bin] - expected) * (observed[bin] - expected) / expected;
-        rest_expected -= expected;
-        rest_observed -= observed[bin];
-        ++degrees;
-    }
-    if (rest_expected >= 10.0) {
-        chi += (rest_observed - rest_expected) * (rest_observed - rest_expected) /
-               rest_expected;
-        ++degrees;
-    }
-    --degrees; /* the counts sum to the number of samples */
-    return (chi - degrees) / sqrt(2.0 * degrees);
 }
 #endif

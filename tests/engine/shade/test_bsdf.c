@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/core/rng.h"
 #include "engine/shade/bsdf.h"
 #include "tests/engine/shade/lobe.h"
 #include "tests/reference/ggx_albedo.h"

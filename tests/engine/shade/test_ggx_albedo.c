@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/core/rng.h"
 #include "engine/shade/ggx_albedo.h"
 #include "tests/engine/shade/lobe.h"
 #include "tests/reference/ggx_albedo.h"
