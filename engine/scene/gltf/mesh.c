@@ -222,6 +222,33 @@ static uint64_t size_of(const struct pbnds_mesh *m)
     return m->vertex_count * vertex + m->triangle_count * 3 * sizeof *m->index;
 }
 
+/** Tangents for a normal map that KHR_texture_transform turns are those of the UVs that
+ *  look it up; the UVs themselves stay, other textures use them too. */
+static enum pbnds_status turned_tangents(struct pbnds_gltf_build *b,
+                                         const struct pbnds_texture_ref *map)
+{
+    struct pbnds_gltf_load_state *g = b->g;
+    struct pbnds_mesh *m = &b->mesh;
+    const size_t count = m->vertex_count;
+    const float *t = map->transform;
+    PBNDS_TRY(pbnds_gltf_charge(g, count, sizeof *m->uv[0]));
+    struct pbnds_vec2 *kept = malloc((count + 1) * sizeof *kept);
+    if (!kept) return pbnds_gltf_no_memory(g);
+    for (size_t i = 0; i < count; ++i) {
+        struct pbnds_vec2 *uv = &m->uv[map->texcoord][i];
+        kept[i] = *uv;
+        uv->x = t[0] * kept[i].x + t[1] * kept[i].y + t[2];
+        uv->y = t[3] * kept[i].x + t[4] * kept[i].y + t[5];
+    }
+    const enum pbnds_status status =
+        pbnds_mesh_tangents(m, map->texcoord, &b->origin, g->name, g->error);
+    for (size_t i = 0; i < m->vertex_count && status == PBNDS_OK; ++i)
+        m->uv[map->texcoord][i] = kept[b->origin ? b->origin[i] : i];
+    free(kept);
+    pbnds_gltf_refund(g, count, sizeof *kept);
+    return status;
+}
+
 /** Tangents are needed where a normal map is and the file has none. They are those of
  *  the mesh at rest: no morph target, no joint and no scale of a node changes them. */
 static enum pbnds_status add_tangents(struct pbnds_gltf_build *b)
@@ -235,8 +262,12 @@ static enum pbnds_status add_tangents(struct pbnds_gltf_build *b)
     PBNDS_TRY(repair(b->g, m));
     const uint64_t before = size_of(m), need = pbnds_mesh_tangents_need(m);
     PBNDS_TRY(pbnds_gltf_charge(b->g, need, 1));
-    PBNDS_TRY(
-        pbnds_mesh_tangents(m, map.texcoord, &b->origin, b->g->name, b->g->error));
+    if (map.transformed) {
+        PBNDS_TRY(turned_tangents(b, &map));
+    } else {
+        PBNDS_TRY(
+            pbnds_mesh_tangents(m, map.texcoord, &b->origin, b->g->name, b->g->error));
+    }
     pbnds_gltf_refund(b->g, need, 1);
     b->own_tangents = true;
     return pbnds_gltf_charge(b->g, size_of(m) - before, 1);

@@ -284,6 +284,46 @@ static void transforms_are_folded(void **state)
     pbnds_scene_free(&s);
 }
 
+/* The map turned by 90 degrees: u' = v, which grows downward, v' = -u. The tangents that
+ * the file lacks turn with it, its UVs stay. */
+static void a_turned_normal_map_turns_its_tangents(void **state)
+{
+    (void)state;
+    static const char *const maps[2] = {
+        "{\"normalTexture\":{\"index\":0}}",
+        "{\"normalTexture\":{\"index\":0," TRANSFORM(
+            "\"rotation\":1.57079632679,\"scale\":[0.5,2],\"offset\":[3,4]") "}}"};
+    for (int turned = 0; turned < 2; ++turned) {
+        for (int flat = 0; flat < 2; ++flat) { /* without normals: three of each */
+            struct pbnds_scene s;
+            char members[1024];
+            (void)snprintf(members, sizeof members,
+                           "\"materials\":[%s],\"textures\":[{\"source\":0}]," IMAGE
+                           ",\"buffers\"",
+                           maps[turned]);
+            char *a = edit(square_json, "\"buffers\"", members);
+            char *b = edit(a, "\"indices\":3", "\"indices\":3,\"material\":0");
+            char *json =
+                flat ? edit(b, "\"NORMAL\":1,", "") : edit(b, "asset", "asset");
+            must_load(json, &square, sizeof square, &s);
+            const struct pbnds_mesh *m = &s.meshes[0];
+            assert_non_null(m->tangent);
+            for (size_t i = 0; i < m->vertex_count; ++i) {
+                const struct pbnds_vec4 t = m->tangent[i];
+                assert_vec3(pbnds_vec3_make(t.x, t.y, t.z), turned ? 0 : 1,
+                            turned ? -1 : 0, 0, 1e-6);
+                assert_true(t.w == 1.0f);
+                assert_near(m->uv[0][i].x, m->position[i].x, 0);
+                assert_near(m->uv[0][i].y, 1.0f - m->position[i].y, 0);
+            }
+            pbnds_scene_free(&s);
+            free(a);
+            free(b);
+            free(json);
+        }
+    }
+}
+
 static void transforms_must_be_sane(void **state)
 {
     (void)state;
@@ -352,6 +392,7 @@ int main(void)
         cmocka_unit_test(specular_glossiness_is_read),
         cmocka_unit_test(unlit_is_read),
         cmocka_unit_test(transforms_are_folded),
+        cmocka_unit_test(a_turned_normal_map_turns_its_tangents),
         cmocka_unit_test(transforms_must_be_sane),
         cmocka_unit_test(only_two_texture_coordinates),
         cmocka_unit_test(dangling_textures_are_told),
