@@ -130,6 +130,11 @@ static enum pbnds_status parse(struct pbnds_gltf_load_state *g)
                           "%s: its list of buffers or images is not valid", g->name);
     }
     PBNDS_TRY(check_version(g));
+    if (g->source.odd_list) {
+        return pbnds_fail(g->error, PBNDS_ERROR_FORMAT,
+                          "%s: is not valid glTF: one of its lists is not an array",
+                          g->name);
+    }
     PBNDS_TRY(pbnds_gltf_check_extensions(g));
     return pbnds_gltf_check(g);
 }

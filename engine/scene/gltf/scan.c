@@ -143,6 +143,18 @@ static bool is_index_key(const struct scanner *s, struct token key)
     return is_one_of(s, key, keys, sizeof keys / sizeof keys[0]);
 }
 
+/** Lists that tinygltf takes for absent where they are something else. */
+static bool is_list_key(const struct scanner *s, enum place place, struct token key)
+{
+    static const char *const keys[] = {
+        "accessors", "animations", "bufferViews", "buffers", "cameras",
+        "images",    "materials",  "meshes",      "nodes",   "samplers",
+        "scenes",    "skins",      "textures",
+    };
+    if (place == PLACE_MESH) return same(s, key, "primitives");
+    return place == PLACE_ROOT && is_one_of(s, key, keys, sizeof keys / sizeof keys[0]);
+}
+
 static bool is_digit(char c)
 {
     return c >= '0' && c <= '9';
@@ -436,6 +448,9 @@ static bool take_member(struct scanner *s, enum place place, int depth)
     if (taken) return true;
     const enum place inner = place_of_member(s, place, key);
     rename_key(s, place, key);
+    if (is_list_key(s, place, key) && peek(s) != '[') {
+        s->source->odd_list = true; /* not yet: glTF 1.0 is told by its version */
+    }
     /* A second list would be counted from the end of the first. */
     bool *saw = inner == PLACE_BUFFERS
                     ? &s->saw_buffers

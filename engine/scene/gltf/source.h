@@ -39,6 +39,7 @@ struct pbnds_gltf_source {
     size_t bin_size;
     struct pbnds_gltf_payload *buffers, *images;
     size_t buffer_count, image_count;
+    bool odd_list; /**< a list of the document is something else, after the scan */
 };
 
 /** Splits a container (.glb or .gltf, by its first bytes). `bytes` must outlive the

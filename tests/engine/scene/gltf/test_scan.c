@@ -116,6 +116,18 @@ static void indices_may_be_sparse_only(void **state)
     assert_int_equal(try_edit("\"indices\":3", "\"extras\":9", NULL), PBNDS_OK);
 }
 
+static void lists_are_lists(void **state)
+{
+    (void)state;
+    assert_int_equal(try_edit("\"scene\":0", "\"cameras\":{}", NULL),
+                     PBNDS_ERROR_FORMAT);
+    assert_int_equal(try_edit("\"scene\":0", "\"animations\":7", NULL),
+                     PBNDS_ERROR_FORMAT);
+    assert_int_equal(try_edit("\"primitives\":[", "\"primitives\":{},\"x\":[", NULL),
+                     PBNDS_ERROR_FORMAT);
+    assert_int_equal(try_edit("\"scene\":0", "\"lists\":{}", NULL), PBNDS_OK);
+}
+
 /** `count` times `item`, comma between, in brackets. */
 static char *list_of(const char *head, const char *item, size_t count, const char *tail)
 {
@@ -230,6 +242,7 @@ int main(void)
         cmocka_unit_test(whole_numbers_may_have_a_fraction),
         cmocka_unit_test(real_numbers_stay_what_they_are),
         cmocka_unit_test(indices_may_be_sparse_only),
+        cmocka_unit_test(lists_are_lists),
         cmocka_unit_test(a_document_has_a_budget),
         cmocka_unit_test(hostile_json_takes_linear_time),
         cmocka_unit_test(many_nodes_are_fine),
