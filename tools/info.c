@@ -9,93 +9,16 @@
 
 #include "engine/core/file.h"
 #include "engine/image/oiio.h"
-#include "engine/scene/gltf.h"
+#include "engine/scene/envmap.h"
 #include "neural/data/dataset.h"
 #include "neural/model/model.h"
 #include "neural/shader_neural.h"
 #include "tools/check_gbuffer.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/facts.h"
 #include "tools/output.h"
 #include "tools/world.h"
-
-/* Facts are gathered as one JSON object; the text form is a walk over it. */
-
-static void add_number(cJSON *facts, const char *key, double value)
-{
-    (void)cJSON_AddNumberToObject(facts, key, value);
-}
-
-static void add_text(cJSON *facts, const char *key, const char *value)
-{
-    (void)cJSON_AddStringToObject(facts, key, value);
-}
-
-static void add_floats(cJSON *facts, const char *key, const float *values, int count)
-{
-    cJSON *array = cJSON_AddArrayToObject(facts, key);
-    for (int i = 0; array && i < count; ++i) {
-        char text[32]; /* nine digits say a float exactly, more would be noise */
-        (void)snprintf(text, sizeof text, "%.9g", (double)values[i]);
-        (void)cJSON_AddItemToArray(array, cJSON_CreateNumber(strtod(text, NULL)));
-    }
-}
-
-static void add_vec3(cJSON *facts, const char *key, struct pbnds_vec3 v)
-{
-    const float values[3] = {v.x, v.y, v.z};
-    add_floats(facts, key, values, 3);
-}
-
-static void add_size(cJSON *facts, int width, int height)
-{
-    const float values[2] = {(float)width, (float)height};
-    add_floats(facts, "size", values, 2);
-}
-
-/* A new object in the array `key` of facts; NULL without memory, which cJSON calls
- * bear. */
-static cJSON *add_item(cJSON *array)
-{
-    cJSON *item = cJSON_CreateObject();
-    (void)cJSON_AddItemToArray(array, item);
-    return item;
-}
-
-static enum pbnds_status describe_scene(const struct tool_options *options,
-                                        const char *path, cJSON *facts,
-                                        struct pbnds_error *error)
-{
-    struct pbnds_scene scene;
-    const struct pbnds_gltf_options gltf = tool_gltf_options(options);
-    PBNDS_TRY(pbnds_gltf_load(path, &gltf, tool_report(), &scene, error));
-    add_text(facts, "kind", "glTF scene");
-    add_number(facts, "meshes", scene.mesh_count);
-    add_number(facts, "triangles", (double)scene.triangle_count);
-    add_number(facts, "materials", scene.material_count);
-    add_number(facts, "textures", scene.texture_count);
-    if (scene.triangle_count > 0) {
-        add_vec3(facts, "lo", scene.lo);
-        add_vec3(facts, "hi", scene.hi);
-    }
-    cJSON *images = cJSON_AddArrayToObject(facts, "images");
-    for (int i = 0; i < scene.image_count; ++i) {
-        add_size(add_item(images), scene.images[i].width, scene.images[i].height);
-    }
-    cJSON *cameras = cJSON_AddArrayToObject(facts, "cameras");
-    for (int i = 0; i < scene.camera_count; ++i) {
-        const struct pbnds_camera *camera = &scene.cameras[i];
-        cJSON *item = add_item(cameras);
-        add_text(item, "name", camera->name);
-        if (camera->orthographic) {
-            add_number(item, "ymag", (double)camera->ymag);
-        } else {
-            add_number(item, "yfov_deg", (double)(camera->yfov * 180.0f / PBNDS_PI));
-        }
-    }
-    pbnds_scene_free(&scene);
-    return PBNDS_OK;
-}
 
 static void add_attributes(cJSON *facts, const struct pbnds_exr *exr)
 {
@@ -104,19 +27,19 @@ static void add_attributes(cJSON *facts, const struct pbnds_exr *exr)
         const struct pbnds_exr_attribute *a = &exr->attributes[i];
         switch (a->type) {
         case PBNDS_EXR_ATTRIBUTE_STRING:
-            add_text(object, a->name, a->value.string);
+            tool_add_text(object, a->name, a->value.string);
             break;
         case PBNDS_EXR_ATTRIBUTE_TEXT:
-            add_text(object, a->name, a->value.text);
+            tool_add_text(object, a->name, a->value.text);
             break;
         case PBNDS_EXR_ATTRIBUTE_INT:
-            add_number(object, a->name, a->value.i);
+            tool_add_number(object, a->name, a->value.i);
             break;
         case PBNDS_EXR_ATTRIBUTE_FLOAT:
-            add_number(object, a->name, (double)a->value.f);
+            tool_add_number(object, a->name, (double)a->value.f);
             break;
         case PBNDS_EXR_ATTRIBUTE_M44F:
-            add_floats(object, a->name, a->value.m44, 16);
+            tool_add_floats(object, a->name, a->value.m44, 16);
             break;
         }
     }
@@ -135,11 +58,12 @@ static enum pbnds_status describe_image(const char *path, cJSON *facts,
         float top = 0.0f;
         for (size_t i = 0; i < count; ++i)
             top = fmaxf(top, image.data[i]);
-        add_text(facts, "kind",
-                 image.width == 2 * image.height ? "light map (equirect)" : "picture");
-        add_size(facts, image.width, image.height);
-        add_vec3(facts, "mean", pbnds_envmap_mean(envmap));
-        add_floats(facts, "max", &top, 1);
+        tool_add_text(facts, "kind",
+                      image.width == 2 * image.height ? "light map (equirect)"
+                                                      : "picture");
+        tool_add_size(facts, image.width, image.height);
+        tool_add_vec3(facts, "mean", pbnds_envmap_mean(envmap));
+        tool_add_floats(facts, "max", &top, 1);
     }
     pbnds_envmap_free(envmap);
     pbnds_image_free(&image);
@@ -158,14 +82,14 @@ static enum pbnds_status describe_exr(const char *path, cJSON *facts,
         pbnds_exr_free(&exr);
         return describe_image(path, facts, error);
     }
-    add_text(facts, "kind", "G-buffer");
-    add_size(facts, exr.width, exr.height);
+    tool_add_text(facts, "kind", "G-buffer");
+    tool_add_size(facts, exr.width, exr.height);
     cJSON *channels = cJSON_AddArrayToObject(facts, "channels");
     static const char *const types[] = {"uint", "half", "float"};
     for (int i = 0; i < exr.channel_count; ++i) {
-        cJSON *item = add_item(channels);
-        add_text(item, "name", exr.channels[i].name);
-        add_text(item, "type", types[exr.channels[i].type]);
+        cJSON *item = tool_add_item(channels);
+        tool_add_text(item, "name", exr.channels[i].name);
+        tool_add_text(item, "type", types[exr.channels[i].type]);
     }
     add_attributes(facts, &exr);
     pbnds_exr_free(&exr);
@@ -180,21 +104,21 @@ static enum pbnds_status describe_weights(const char *path, cJSON *facts,
     double parameters = 0.0;
     for (int i = 0; i < file.tensor_count; ++i)
         parameters += (double)file.tensors[i].count;
-    add_text(facts, "kind", "weights");
-    add_number(facts, "parameters", parameters);
+    tool_add_text(facts, "kind", "weights");
+    tool_add_number(facts, "parameters", parameters);
     cJSON *metadata = cJSON_AddObjectToObject(facts, "metadata");
     for (int i = 0; i < file.metadata_count; ++i) {
-        add_text(metadata, file.metadata[i].key, file.metadata[i].value);
+        tool_add_text(metadata, file.metadata[i].key, file.metadata[i].value);
     }
     cJSON *tensors = cJSON_AddArrayToObject(facts, "tensors");
     for (int i = 0; i < file.tensor_count; ++i) {
-        cJSON *item = add_item(tensors);
-        add_text(item, "name", file.tensors[i].name);
+        cJSON *item = tool_add_item(tensors);
+        tool_add_text(item, "name", file.tensors[i].name);
         float shape[4];
         for (int k = 0; k < file.tensors[i].rank; ++k) {
             shape[k] = (float)file.tensors[i].shape[k];
         }
-        add_floats(item, "shape", shape, file.tensors[i].rank);
+        tool_add_floats(item, "shape", shape, file.tensors[i].rank);
     }
     pbnds_safetensors_free(&file);
     return PBNDS_OK;
@@ -206,14 +130,14 @@ static enum pbnds_status describe_dataset(const char *path, cJSON *facts,
     char hash[17], manifest[1400];
     (void)snprintf(manifest, sizeof manifest, "%s/dataset.json", path);
     PBNDS_TRY(pbnds_dataset_hash(path, hash, error));
-    add_text(facts, "kind", "data set");
+    tool_add_text(facts, "kind", "data set");
     for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
         struct pbnds_sample_list list;
         PBNDS_TRY(pbnds_dataset_list(path, (enum pbnds_split)split, &list, error));
-        add_number(facts, pbnds_split_name((enum pbnds_split)split), list.count);
+        tool_add_number(facts, pbnds_split_name((enum pbnds_split)split), list.count);
         pbnds_sample_list_free(&list);
     }
-    add_text(facts, "hash", hash);
+    tool_add_text(facts, "hash", hash);
     uint8_t *text = NULL;
     size_t size = 0;
     PBNDS_TRY(pbnds_file_read(manifest, (size_t)64 << 20, &text, &size, error));
@@ -267,7 +191,7 @@ static enum pbnds_status describe(const struct tool_options *options, bool deep,
         return deep ? check_dataset(path, error) : PBNDS_OK;
     }
     if (tool_has_extension(path, ".glb") || tool_has_extension(path, ".gltf")) {
-        return describe_scene(options, path, facts, error);
+        return tool_describe_scene(options, path, facts, error);
     }
     if (tool_has_extension(path, ".exr")) {
         return describe_exr(path, facts, error);
@@ -318,7 +242,7 @@ static enum pbnds_status run_info(const struct tool_options *options,
 {
     cJSON *facts = cJSON_CreateObject();
     if (!facts) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
-    add_text(facts, "file", options->inputs[0]);
+    tool_add_text(facts, "file", options->inputs[0]);
     const enum pbnds_status status = describe(options, false, facts, error);
     if (status == PBNDS_OK && options->json) {
         char *text = cJSON_Print(facts);

@@ -35,12 +35,27 @@ struct pbnds_gltf_options {
     int max_image_side; /**< pixels; 0: 16384                                        */
 };
 
+/** One of the things that a file has several of. */
+struct pbnds_gltf_item {
+    char name[64];  /**< of the file, or "scene 0" where it gives none            */
+    double seconds; /**< of an animation: when its last key is                    */
+    size_t count;   /**< of a scene: root nodes; of a skin: joints; of an
+                         animation: channels                                      */
+};
+
+/** What options may choose from, in the order of the file. */
+struct pbnds_gltf_contents {
+    struct pbnds_gltf_item *scenes, *animations, *variants, *skins;
+    size_t scene_count, animation_count, variant_count, skin_count;
+    size_t default_scene; /**< that is loaded when none is chosen */
+};
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/** Loads one scene of the file; options NULL: the defaults. What is skipped (points, lines, unknown extensions that are
- * not required, ...) is told through report->warn. `scene` is empty on failure. Errors:
+/** Loads one scene of the file; options NULL: the defaults. What is skipped (points, lines,
+ * unknown extensions that are not required, ...) is told through report->warn. `scene` is empty on failure. Errors:
  * IO (missing, unreadable), FORMAT (not glTF, truncated, index out of range, NaN
  *  vertex, damaged image), UNSUPPORTED (required extension), ARGUMENT (no such scene,
  *  variant or animation), MEMORY. */
@@ -58,6 +73,14 @@ enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
                                          const struct pbnds_report *report,
                                          struct pbnds_scene *scene,
                                          struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** Lists what the file has, without loading a scene; of options only those count that say
+ *  how far to trust it. To be freed; empty on failure. Errors: as pbnds_gltf_load(). */
+enum pbnds_status pbnds_gltf_list(const char *path,
+                                  const struct pbnds_gltf_options *options,
+                                  struct pbnds_gltf_contents *contents,
+                                  struct pbnds_error *error) PBNDS_NODISCARD;
+void pbnds_gltf_contents_free(struct pbnds_gltf_contents *contents);
 
 #ifdef __cplusplus
 }

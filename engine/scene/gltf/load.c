@@ -28,8 +28,11 @@ enum pbnds_status pbnds_gltf_choose(struct pbnds_gltf_load_state *g, const char 
                                     const char *what, size_t count,
                                     pbnds_gltf_namer *name, size_t *chosen)
 {
-    for (size_t i = 0; i < count; ++i) {
-        if (!wanted[0] || strcmp(name(&g->doc, i), wanted) != 0) continue;
+    for (size_t i = 0; wanted[0] && i < count; ++i) {
+        char shown[64]; /* what pbnds_gltf_list() calls it */
+        pbnds_gltf_name(shown, name(&g->doc, i), what, i);
+        if (strcmp(shown, wanted) != 0 && strcmp(name(&g->doc, i), wanted) != 0)
+            continue;
         *chosen = i;
         return PBNDS_OK;
     }
@@ -118,9 +121,18 @@ static void tell(const struct pbnds_gltf_load_state *g)
     }
 }
 
-/** The structure of the file, sound enough to look into. */
-static enum pbnds_status parse(struct pbnds_gltf_load_state *g)
+/** What all geometry of a scene may take unless the caller says else. */
+#define PBNDS_GLTF_MAX_GEOMETRY ((uint64_t)8 << 30)
+
+enum pbnds_status pbnds_gltf_open(struct pbnds_gltf_load_state *g, const void *bytes,
+                                  size_t size, const char *folder)
 {
+    static const struct pbnds_gltf_options defaults = {0};
+    if (!g->options) g->options = &defaults;
+    g->max_geometry =
+        g->options->max_geometry ? g->options->max_geometry : PBNDS_GLTF_MAX_GEOMETRY;
+    PBNDS_TRY(pbnds_gltf_source_open(&g->source, bytes, size, g->name, folder,
+                                     g->options, g->error));
     PBNDS_TRY(pbnds_gltf_scan(&g->source, g->error));
     PBNDS_TRY(pbnds_gltf_parse(g->source.json, g->source.json_size, g->name, &g->doc,
                                g->error));
@@ -139,9 +151,19 @@ static enum pbnds_status parse(struct pbnds_gltf_load_state *g)
     return pbnds_gltf_check(g);
 }
 
+void pbnds_gltf_close(struct pbnds_gltf_load_state *g)
+{
+    pbnds_gltf_free_unpacked(g);
+    pbnds_gltf_document_free(&g->doc);
+    pbnds_gltf_source_free(&g->source);
+    free(g->pose[0].world);
+    free(g->pose[1].world);
+    free(g->weights_channel);
+    free(g->in_scene);
+}
+
 static enum pbnds_status load(struct pbnds_gltf_load_state *g)
 {
-    PBNDS_TRY(parse(g));
     PBNDS_TRY(pbnds_gltf_find_variant(g));
     PBNDS_TRY(pbnds_gltf_choose_animation(g));
     PBNDS_TRY(pbnds_gltf_place_nodes(g));
@@ -153,9 +175,6 @@ static enum pbnds_status load(struct pbnds_gltf_load_state *g)
     return PBNDS_OK;
 }
 
-/** What all geometry of a scene may take unless the caller says else. */
-#define PBNDS_GLTF_MAX_GEOMETRY ((uint64_t)8 << 30)
-
 enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
                                          const char *name, const char *folder,
                                          const struct pbnds_gltf_options *options,
@@ -163,25 +182,15 @@ enum pbnds_status pbnds_gltf_load_memory(const void *bytes, size_t size,
                                          struct pbnds_scene *scene,
                                          struct pbnds_error *error)
 {
-    static const struct pbnds_gltf_options defaults = {0};
     struct pbnds_gltf_load_state g = {.name = name,
-                                      .options = options ? options : &defaults,
+                                      .options = options,
                                       .report = report,
                                       .error = error,
                                       .scene = scene};
-    g.max_geometry =
-        g.options->max_geometry ? g.options->max_geometry : PBNDS_GLTF_MAX_GEOMETRY;
     *scene = (struct pbnds_scene){0};
-    enum pbnds_status status =
-        pbnds_gltf_source_open(&g.source, bytes, size, name, folder, g.options, error);
+    enum pbnds_status status = pbnds_gltf_open(&g, bytes, size, folder);
     if (status == PBNDS_OK) status = load(&g);
-    pbnds_gltf_free_unpacked(&g);
-    pbnds_gltf_document_free(&g.doc);
-    pbnds_gltf_source_free(&g.source);
-    free(g.pose[0].world);
-    free(g.pose[1].world);
-    free(g.weights_channel);
-    free(g.in_scene);
+    pbnds_gltf_close(&g);
     if (status != PBNDS_OK) pbnds_scene_free(scene);
     return status;
 }
@@ -200,23 +209,38 @@ static char *folder_of(const char *path)
     return folder;
 }
 
+enum pbnds_status pbnds_gltf_read_file(const char *path,
+                                       const struct pbnds_gltf_options *options,
+                                       struct pbnds_gltf_file *file,
+                                       struct pbnds_error *error)
+{
+    static const struct pbnds_gltf_options defaults = {0};
+    *file = (struct pbnds_gltf_file){0};
+    const size_t most = pbnds_gltf_max_file(options ? options : &defaults);
+    PBNDS_TRY(pbnds_file_read(path, most, &file->bytes, &file->size, error));
+    file->folder = folder_of(path);
+    if (file->folder) return PBNDS_OK;
+    pbnds_gltf_file_free(file);
+    return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
+}
+
+void pbnds_gltf_file_free(struct pbnds_gltf_file *file)
+{
+    free(file->bytes);
+    free(file->folder);
+    *file = (struct pbnds_gltf_file){0};
+}
+
 enum pbnds_status pbnds_gltf_load(const char *path,
                                   const struct pbnds_gltf_options *options,
                                   const struct pbnds_report *report,
                                   struct pbnds_scene *scene, struct pbnds_error *error)
 {
-    uint8_t *bytes = NULL;
-    size_t size = 0;
+    struct pbnds_gltf_file file;
     *scene = (struct pbnds_scene){0};
-    static const struct pbnds_gltf_options defaults = {0};
-    const size_t most = pbnds_gltf_max_file(options ? options : &defaults);
-    PBNDS_TRY(pbnds_file_read(path, most, &bytes, &size, error));
-    char *folder = folder_of(path);
-    const enum pbnds_status status =
-        folder ? pbnds_gltf_load_memory(bytes, size, path, folder, options, report,
-                                        scene, error)
-               : pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
-    free(folder);
-    free(bytes);
+    PBNDS_TRY(pbnds_gltf_read_file(path, options, &file, error));
+    const enum pbnds_status status = pbnds_gltf_load_memory(
+        file.bytes, file.size, path, file.folder, options, report, scene, error);
+    pbnds_gltf_file_free(&file);
     return status;
 }

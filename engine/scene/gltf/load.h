@@ -27,7 +27,7 @@ struct pbnds_gltf_load_state {
     const char *name;
     const struct pbnds_report *report;
     struct pbnds_error *error;
-    const struct pbnds_gltf_options *options; /**< never NULL */
+    const struct pbnds_gltf_options *options; /**< never NULL after the open */
     struct pbnds_gltf_source source;
     struct pbnds_gltf_document doc;
     struct pbnds_scene *scene;
@@ -42,6 +42,24 @@ struct pbnds_gltf_load_state {
     int64_t variant;           /**< KHR_materials_variants, < 0: none              */
     bool more_texcoords, skinned_instances, matrix_animated; /**< seen, for a warning */
 };
+
+/** A file as it was read, and the folder that its URIs start from. */
+struct pbnds_gltf_file {
+    uint8_t *bytes;
+    size_t size;
+    char *folder;
+};
+
+enum pbnds_status pbnds_gltf_read_file(const char *path,
+                                       const struct pbnds_gltf_options *options,
+                                       struct pbnds_gltf_file *file,
+                                       struct pbnds_error *error) PBNDS_NODISCARD;
+void pbnds_gltf_file_free(struct pbnds_gltf_file *file);
+/** The structure of a file, sound enough to look into. g has its name, options, report and
+ *  error; to be closed in every case. */
+enum pbnds_status pbnds_gltf_open(struct pbnds_gltf_load_state *g, const void *bytes,
+                                  size_t size, const char *folder) PBNDS_NODISCARD;
+void pbnds_gltf_close(struct pbnds_gltf_load_state *g);
 
 /** Copies a name into 64 bytes, cut at a whole UTF-8 character; `what N` if it is
  * empty. */
