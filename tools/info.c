@@ -228,6 +228,7 @@ static void print_facts(const cJSON *facts, int indent)
             (void)printf("%*s%s:\n", indent, "", at->string);
             print_facts(at, indent + 2);
         } else if (cJSON_IsString(at)) {
+            pbnds_plain_text(at->valuestring); /* it may come from the file */
             (void)printf("%*s%s: %s\n", indent, "", at->string, at->valuestring);
         } else {
             char *line = cJSON_PrintUnformatted(at);

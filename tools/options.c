@@ -72,10 +72,13 @@ static const struct row rows[] = {
     {"max-geometry", KIND_INT, AT(max_geometry_mb), 1, 1 << 24, READS, GROUP_CAMERA,
      "MB", "refuse a scene whose vertices and structure take more (default 8192)",
      NULL},
-    {"max-images", KIND_INT, AT(max_images_mb), 1, 1 << 24, READS, GROUP_CAMERA, "MB",
-     "refuse a scene whose decoded images take more (default 8192)", NULL},
-    {"max-image-side", KIND_INT, AT(max_image_side), 1, 1 << 20, READS, GROUP_CAMERA,
-     "N", "refuse images of more pixels a side (default 16384)", NULL},
+    {"max-images", KIND_INT, AT(max_images_mb), 1, 1 << 24, READS | TOOL_SHADE,
+     GROUP_CAMERA, "MB",
+     "refuse a scene whose decoded images take more, or a light map that does "
+     "(default 8192, 4096)",
+     NULL},
+    {"max-image-side", KIND_INT, AT(max_image_side), 1, 1 << 20, READS | TOOL_SHADE,
+     GROUP_CAMERA, "N", "refuse images of more pixels a side (default 16384)", NULL},
     {"max-file", KIND_INT, AT(max_file_mb), 1, 1 << 24, READS, GROUP_CAMERA, "MB",
      "refuse larger files (default 2048)", NULL},
 

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "engine/image/oiio.h"
 #include "engine/scene/gltf.h"
 #include "tools/console.h"
 #include "tools/shipped.h"
@@ -176,6 +177,24 @@ enum pbnds_status tool_world_gbuffer(const struct tool_options *options,
     return tool_check_stop(error);
 }
 
+/* As pbnds_envmap_load(), within the limits of the command line. */
+static enum pbnds_status load_envmap(const struct tool_options *options,
+                                     const char *path, struct pbnds_envmap **envmap,
+                                     struct pbnds_error *error)
+{
+    const struct pbnds_image_limits limits = {
+        .side = options->max_image_side,
+        .bytes = options->max_images_mb ? (uint64_t)options->max_images_mb << 20
+                                        : PBNDS_LIGHT_MAP_BYTES};
+    struct pbnds_image image;
+    PBNDS_TRY(pbnds_image_read_rgb_within(path, &limits, &image, error));
+    const enum pbnds_status status = pbnds_envmap_create(
+        &image, (enum pbnds_env_convention)options->env_convention,
+        (float)options->env_yaw, (float)options->env_strength, envmap, error);
+    pbnds_image_free(&image);
+    return status;
+}
+
 enum pbnds_status tool_world_light(const struct tool_options *options,
                                    struct tool_world *world, struct pbnds_error *error)
 {
@@ -198,9 +217,7 @@ enum pbnds_status tool_world_light(const struct tool_options *options,
         }
         path = sky;
     }
-    PBNDS_TRY(pbnds_envmap_load(
-        path, (enum pbnds_env_convention)options->env_convention,
-        (float)options->env_yaw, (float)options->env_strength, &world->envmap, error));
+    PBNDS_TRY(load_envmap(options, path, &world->envmap, error));
     (void)snprintf(world->origin.env, sizeof world->origin.env, "%.255s",
                    tool_base_name(path));
     return tool_check_stop(error);

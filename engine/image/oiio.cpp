@@ -31,7 +31,7 @@ namespace
 
 constexpr std::uint64_t file_max = std::uint64_t(1) << 30;
 // Light maps are floats, and large.
-constexpr pbnds_image_limits map_limits = {0, std::uint64_t(4) << 30};
+constexpr pbnds_image_limits map_limits = {0, PBNDS_LIGHT_MAP_BYTES};
 
 enum format_bit : unsigned { PNG = 1, JPEG = 2, WEBP = 4, HDR = 8, EXR = 16 };
 

@@ -192,7 +192,7 @@ def main(folder):
     broken["meshes"][0]["primitives"][0]["indices"] = 99
     write_gltf(os.path.join(folder, "index.gltf"), broken, blob)
     broken = json.loads(json.dumps(document))
-    broken["extensionsRequired"] = broken["extensionsUsed"] = ["KHR_draco_mesh_compression"]
+    broken["extensionsRequired"] = broken["extensionsUsed"] = ["KHR_texture_basisu"]
     write_gltf(os.path.join(folder, "required.gltf"), broken, blob)
     bad = [ground(3.0), box(0, 0.5, 0, 0.5)]
     bad[1][0][5][1] = math.nan
@@ -203,6 +203,10 @@ def main(folder):
     broken["textures"] = [{"source": 0}]
     broken["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {"index": 0}
     write_gltf(os.path.join(folder, "zero_image.gltf"), broken, blob)
+    broken["images"] = [{"uri": "../picture.png"}]
+    write("picture.png", png(3, 2, bytes([0] + [200, 100, 50] * 3) * 2))
+    os.makedirs(os.path.join(folder, "below"), exist_ok=True)
+    write_gltf(os.path.join(folder, "below", "outside.gltf"), broken, blob)
     write("not_json.gltf", b"hello")
 
     write("light.hdr", hdr(32, 16, sky))

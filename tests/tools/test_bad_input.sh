@@ -20,6 +20,17 @@ for name in missing.glb cut.glb index.gltf nan.gltf; do
     run $([ $name = missing.glb ] && echo 1 || echo 3) "$PBNDS" info $name
 done
 
+# A file outside of the scene's folder, and the limits that can be moved.
+refuse 3 "picture.png.*--allow-external" "$PBNDS" render below/outside.gltf -o out.exr $small
+refuse 1 "3 x 2 pixels.*--max-image-side" "$PBNDS" render below/outside.gltf -o out.exr $small \
+    --allow-external --max-image-side 2
+refuse 2 "--max-images" "$PBNDS" render box.gltf -o out.exr $small --max-images 0
+refuse 1 "light.hdr.*--max-image-side" "$PBNDS" render box.gltf -o out.exr $small --max-image-side 2
+run 0 "$PBNDS" render below/outside.gltf -o outside.exr $small --allow-external --max-images 1 \
+    --max-geometry 1 --max-file 1
+run 3 "$PBNDS" info below/outside.gltf
+run 0 "$PBNDS" info below/outside.gltf --allow-external
+
 # Light maps.
 refuse 1 "missing.hdr" "$PBNDS" render box.gltf -o out.exr --size 16x16 --shader ggx --env missing.hdr
 refuse 3 "zero.hdr" "$PBNDS" render box.gltf -o out.exr --size 16x16 --shader ggx --env zero.hdr

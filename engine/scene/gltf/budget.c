@@ -12,7 +12,8 @@ static enum pbnds_status too_large(struct pbnds_gltf_load_state *g)
 {
     return pbnds_fail(
         g->error, PBNDS_ERROR_MEMORY,
-        "%s: its geometry takes more than %llu MiB or %d meshes; use a smaller scene",
+        "%s: its geometry takes more than %llu MiB or %d meshes; use a smaller scene "
+        "(or see --max-geometry)",
         g->name, (unsigned long long)(g->max_geometry >> 20), (int)MAX_MESHES);
 }
 
@@ -71,7 +72,10 @@ static enum pbnds_status add_mesh(struct pbnds_gltf_load_state *g, size_t node,
     const uint64_t size = least_size(&g->doc, mesh);
     if (instances > MAX_MESHES || primitives > MAX_MESHES) return too_large(g);
     needs->meshes += instances * primitives;
-    if (needs->meshes > MAX_MESHES) return too_large(g);
+    if (needs->meshes > MAX_MESHES ||
+        needs->meshes > g->max_geometry / sizeof(struct pbnds_mesh)) {
+        return too_large(g);
+    }
     if (size && instances > (g->max_geometry - needs->size) / size) return too_large(g);
     needs->size += instances * size;
     return PBNDS_OK;
