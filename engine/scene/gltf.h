@@ -5,6 +5,14 @@
  * Trusts nothing: every index, offset and count is checked in 64 bits before use; files
  * are looked for below the folder of the .gltf only (no absolute path, no .., no scheme
  * but data:); images are capped (oiio.h). Vertices must be finite.
+ *
+ * Extensions read: KHR_draco_mesh_compression, KHR_lights_punctual, KHR_materials_ior,
+ * _specular, _emissive_strength, _unlit, _variants, _pbrSpecularGlossiness,
+ * KHR_mesh_quantization, KHR_texture_transform, EXT_mesh_gpu_instancing,
+ * EXT_meshopt_compression, EXT_texture_webp. All others are told of and left out: of
+ * layered materials (clearcoat, sheen, iridescence, anisotropy) the base stays, and what
+ * light would go through (transmission, volume) is opaque with its base colour. A file
+ * that requires such an extension is refused.
  */
 #ifndef PBNDS_ENGINE_SCENE_GLTF_H
 #define PBNDS_ENGINE_SCENE_GLTF_H

@@ -107,30 +107,40 @@ static struct names collect(const char *const *list, size_t count, enum manner a
     return n;
 }
 
+/** What to do about an extension that is required and not read. */
+static const char *remedy_for(const char *extension)
+{
+    if (strcmp(extension, "KHR_texture_basisu") == 0)
+        return "`gltf-transform ktxdecompress IN OUT` stores its textures as PNG";
+    if (strcmp(extension, "EXT_texture_avif") == 0)
+        return "`gltf-transform png IN OUT` stores its textures as PNG";
+    if (manner_of(extension) == MANNER_TEXTURE) return "store its textures as PNG";
+    return "export it anew without that, for example from Blender";
+}
+
 /* A file that requires an extension must not be loaded without it: glTF 2.0, 3.12. */
 static enum pbnds_status refuse(struct pbnds_gltf_load_state *g)
 {
     const char *const *list = g->doc.extensions_required;
     const size_t count = g->doc.extensions_required_count;
     struct names all = {.used = 0};
-    bool textures = false, others = false;
+    const char *remedy = NULL;
+    bool several = false;
     for (size_t i = 0; i < count; ++i) {
-        const enum manner m = manner_of(list[i]);
-        if (m == MANNER_READ || (i < NAMED && is_repeated(list, i))) continue;
-        textures = textures || m == MANNER_TEXTURE;
-        others = others || m != MANNER_TEXTURE;
+        if (manner_of(list[i]) == MANNER_READ || (i < NAMED && is_repeated(list, i)))
+            continue;
+        const char *this_one = remedy_for(list[i]);
+        several = remedy != NULL;
+        if (remedy && strcmp(remedy, this_one) != 0)
+            this_one = "export it anew without them, for example from Blender";
+        remedy = this_one;
         add_name(&all, list[i]);
     }
-    if (all.used == 0) return PBNDS_OK;
-    const char *advice =
-        "import it into Blender and export it as glTF 2.0 without them";
-    if (textures && !others) {
-        advice = "store its textures as PNG or JPEG, with `gltf-transform png IN OUT` "
-                 "or, for KTX2, `gltf-transform ktxdecompress IN OUT`";
-    }
+    if (!remedy) return PBNDS_OK;
     return pbnds_fail(g->error, PBNDS_ERROR_UNSUPPORTED,
-                      "%s: requires the extensions %s, which are not supported; %s",
-                      g->name, finish(&all), advice);
+                      "%s: requires the extension%s %s, which %s not supported; %s",
+                      g->name, several ? "s" : "", finish(&all), several ? "are" : "is",
+                      remedy);
 }
 
 enum pbnds_status pbnds_gltf_check_extensions(struct pbnds_gltf_load_state *g)
@@ -140,7 +150,8 @@ enum pbnds_status pbnds_gltf_check_extensions(struct pbnds_gltf_load_state *g)
     const size_t count = g->doc.extensions_used_count;
     struct names n = collect(list, count, MANNER_OTHER, MANNER_TEXTURE);
     if (n.used)
-        pbnds_warn(g->report, "%s: the extensions %s are ignored", g->name, finish(&n));
+        pbnds_warn(g->report, "%s: extensions that are not read are ignored: %s",
+                   g->name, finish(&n));
     n = collect(list, count, MANNER_LAYER, MANNER_LAYER);
     if (n.used) {
         pbnds_warn(g->report,

@@ -45,7 +45,7 @@ void add_attribute(draco::Mesh &mesh, const encode_mesh &source, int i)
     const draco::DataType type = type_of(a.component);
     const int stride = a.width * draco::DataTypeLength(type);
     draco::GeometryAttribute g;
-    g.Init(kinds[a.kind], nullptr, static_cast<int8_t>(a.width), type, a.normalized,
+    g.Init(kinds[a.kind], nullptr, static_cast<uint8_t>(a.width), type, a.normalized,
            stride, 0);
     const int id = mesh.AddAttribute(g, true, static_cast<uint32_t>(source.points));
     const char *bytes = static_cast<const char *>(a.data);

@@ -35,6 +35,8 @@ static void what_is_read_is_silent(void **state)
         "KHR_draco_mesh_compression",
         "EXT_meshopt_compression",
         "EXT_texture_webp",
+        "KHR_lights_punctual",
+        "EXT_mesh_gpu_instancing",
     };
     for (size_t i = 0; i < sizeof read / sizeof read[0]; ++i) {
         struct pbnds_scene s;
@@ -100,8 +102,19 @@ static void what_is_required_is_refused_with_a_remedy(void **state)
     assert_non_null(strstr(fault.message, "Blender"));
     assert_int_equal(load_root("\"extensionsRequired\":[\"KHR_texture_basisu\"]", &s),
                      PBNDS_ERROR_UNSUPPORTED);
-    assert_non_null(strstr(fault.message, "KHR_texture_basisu"));
-    assert_non_null(strstr(fault.message, "gltf-transform"));
+    assert_non_null(
+        strstr(fault.message, "the extension KHR_texture_basisu, which is"));
+    assert_non_null(strstr(fault.message, "gltf-transform ktxdecompress"));
+    assert_int_equal(load_root("\"extensionsRequired\":[\"EXT_texture_avif\"]", &s),
+                     PBNDS_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(fault.message, "gltf-transform png"));
+    assert_int_equal(load_root("\"extensionsRequired\":[\"KHR_texture_basisu\","
+                               "\"KHR_materials_sheen\"]",
+                               &s),
+                     PBNDS_ERROR_UNSUPPORTED);
+    assert_non_null(
+        strstr(fault.message, "extensions KHR_texture_basisu, KHR_materials_sheen, "));
+    assert_non_null(strstr(fault.message, "without them"));
 }
 
 /* Long names and long lists end in a sentence all the same. */

@@ -75,7 +75,7 @@ static void assert_texel(const struct pbnds_scene *s, enum picture p)
         &s->textures[s->materials[0].base_color_texture.texture];
     const struct pbnds_vec4 c =
         pbnds_texture_sample(t, (struct pbnds_vec2){0.25f, 0.5f}, false);
-    const double got[4] = {c.x, c.y, c.z, c.w};
+    const float got[4] = {c.x, c.y, c.z, c.w};
     for (int i = 0; i < 4; ++i)
         assert_near(got[i], pictures[p].rgba[i], pictures[p].tolerance);
 }
