@@ -48,7 +48,8 @@ struct Guard {
     bool claim(uint64_t count, uint64_t size)
     {
         if (size && count > (limits->bytes - bytes) / size) {
-            return refuse(PBNDS_ERROR_MEMORY, "asks for more memory than is allowed");
+            return refuse(PBNDS_ERROR_MEMORY,
+                          "asks for more memory than is allowed (see --max-geometry)");
         }
         bytes += count * size;
         return true;

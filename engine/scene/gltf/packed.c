@@ -8,29 +8,11 @@
 #include "engine/scene/gltf/load.h"
 #include "engine/scene/gltf/meshopt.h"
 
-/** What the geometry may still take. */
-static uint64_t budget(const struct pbnds_gltf_load_state *g)
-{
-    return g->max_geometry - g->geometry_bytes;
-}
-
-static enum pbnds_status charge(struct pbnds_gltf_load_state *g, uint64_t bytes)
-{
-    if (bytes > budget(g)) {
-        return pbnds_fail(g->error, PBNDS_ERROR_MEMORY,
-                          "%s: its geometry takes more memory than is allowed once it "
-                          "is decompressed",
-                          g->name);
-    }
-    g->geometry_bytes += bytes;
-    return PBNDS_OK;
-}
-
 /** malloc of what has been charged; never NULL on success. */
 static enum pbnds_status make_room(struct pbnds_gltf_load_state *g, uint64_t bytes,
                                    uint8_t **out)
 {
-    PBNDS_TRY(charge(g, bytes));
+    PBNDS_TRY(pbnds_gltf_charge(g, bytes, 1));
     *out = calloc((size_t)bytes + 1, 1);
     if (*out) return PBNDS_OK;
     return pbnds_fail(g->error, PBNDS_ERROR_MEMORY, "%s: no memory for its geometry",
@@ -154,8 +136,9 @@ static enum pbnds_status unpack_mesh(struct pbnds_gltf_load_state *g,
     if (d->count > 1) limits.vertices = a[1].count;
     if (d->counted) limits.triangles = a[0].count / 3;
     PBNDS_TRY(pbnds_gltf_view_bytes(g, d->view, "a Draco mesh", &bytes, &size));
-    PBNDS_TRY(charge(g, size)); /* a mesh costs time even where it holds nothing */
-    limits.bytes = budget(g);
+    /* A mesh costs time even where it holds nothing: its bytes count too. */
+    PBNDS_TRY(pbnds_gltf_charge(g, size, 1));
+    limits.bytes = g->max_geometry - g->geometry_bytes;
     struct pbnds_draco *mesh = NULL;
     PBNDS_TRY(
         pbnds_draco_decode(bytes, (size_t)size, g->name, &limits, &mesh, g->error));
