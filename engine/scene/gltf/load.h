@@ -3,8 +3,8 @@
  * What the files of the glTF loader share. Private. In the order of a load:
  * extensions.c, check.c (references), variant.c, nodes.c (the tree, its scene),
  * animation.c (poses), material.c and image.c (looks), packed.c (compressed geometry),
- * budget.c (room), camera.c, light.c, mesh.c (primitives, with morph.c, skin.c,
- * instancing.c); access.c reads typed data for all of them.
+ * budget.c (room), camera.c, light.c, mesh.c (with primitive.c, morph.c, skin.c,
+ * instancing.c, place.c); contents.c lists; access.c reads typed data for all of them.
  */
 #ifndef PBNDS_ENGINE_SCENE_GLTF_LOAD_H
 #define PBNDS_ENGINE_SCENE_GLTF_LOAD_H
@@ -230,6 +230,30 @@ enum pbnds_status pbnds_gltf_read_attribute(struct pbnds_gltf_build *b,
                                             const char *what,
                                             float **out) PBNDS_NODISCARD;
 enum pbnds_status pbnds_gltf_no_memory(struct pbnds_gltf_load_state *g);
+
+/** primitive.c: fills position, normal, tangent, uv and color of b->mesh, and
+ *  file_vertices. Errors: FORMAT, IO, UNSUPPORTED, MEMORY. */
+enum pbnds_status pbnds_gltf_read_vertices(struct pbnds_gltf_build *b) PBNDS_NODISCARD;
+/** primitive.c: fills index and triangle_count; strips and fans become lists. Errors: as
+ *  above. */
+enum pbnds_status pbnds_gltf_read_triangles(struct pbnds_gltf_build *b) PBNDS_NODISCARD;
+
+/** place.c: unit vector, or zero where there is no direction. */
+struct pbnds_vec3 pbnds_gltf_direction(struct pbnds_vec3 v);
+/** place.c: where a normal or tangent is missing (zero in the file, or crushed by a scale
+ *  of zero): the mean of the faces around, and any tangent. Errors: MEMORY. */
+enum pbnds_status pbnds_gltf_mesh_repair(struct pbnds_gltf_load_state *g,
+                                         struct pbnds_mesh *m) PBNDS_NODISCARD;
+/** place.c: bytes of the arrays of a mesh, at least. */
+uint64_t pbnds_gltf_mesh_size(const struct pbnds_mesh *m);
+void pbnds_gltf_mesh_free(struct pbnds_mesh *m);
+/** place.c: one mesh of the scene for each instance, of which `local` are the transforms
+ *  in the frame of the node, or one that the joints place. The scene has room; b->mesh is
+ *  empty afterwards. Errors: FORMAT (not finite), IO, MEMORY. */
+enum pbnds_status pbnds_gltf_add_instances(struct pbnds_gltf_build *b,
+                                           const struct pbnds_mat4 *local,
+                                           uint64_t count) PBNDS_NODISCARD;
+enum pbnds_status pbnds_gltf_add_skinned(struct pbnds_gltf_build *b) PBNDS_NODISCARD;
 
 /** Moves the vertices to where the morph targets have them: position, normal and tangent
  *  as in pose 0, previous as in pose 1. Errors: FORMAT, IO, MEMORY. */

@@ -61,6 +61,13 @@ struct pbnds_gltf_draco {
         counted; /**< the file says how many indices there are: TRIANGLES, not a strip */
 };
 
+/** Modes of a primitive; those below are points and lines. */
+enum pbnds_gltf_mode {
+    PBNDS_GLTF_TRIANGLES = 4,
+    PBNDS_GLTF_STRIP = 5,
+    PBNDS_GLTF_FAN = 6,
+};
+
 /** Displacements of one morph target; < 0 means absent. */
 struct pbnds_gltf_target {
     int64_t position, normal, tangent;
