@@ -21,6 +21,7 @@ struct truth {
     const char *name;  /* for the JSON file and the sheet */
     bool display_only; /* an 8-bit picture: its radiance is not known */
     struct pbnds_image linear, shown;
+    struct pbnds_image alpha; /* the reference's own coverage, or empty */
 };
 
 /* One shader's part of the work. */
@@ -59,13 +60,15 @@ static enum pbnds_status file_name(char *path, size_t size, const char *dir,
 
 static enum pbnds_status shade(const struct comparison *c, const char *name,
                                uint64_t seed, int spp, struct pbnds_image *radiance,
-                               double *seconds, struct pbnds_error *error)
+                               struct pbnds_image *alpha, double *seconds,
+                               struct pbnds_error *error)
 {
     struct tool_shader shader;
     PBNDS_TRY(tool_shader_open(name, c->options->precision, &shader, error));
     struct pbnds_shade_job job = tool_world_job(c->options, &c->world);
     job.seed = seed;
     job.spp = spp;
+    job.alpha = alpha;
     const double start = tool_seconds();
     enum pbnds_status status = pbnds_shade(shader.shader, &job, radiance, error);
     *seconds = tool_seconds() - start;
@@ -119,7 +122,7 @@ static enum pbnds_status make_truth(struct comparison *c, struct pbnds_error *er
         }
         double seconds = 0.0;
         PBNDS_TRY(shade(c, "reference", options->seed, reference_spp(options),
-                        &truth->linear, &seconds, error));
+                        &truth->linear, &truth->alpha, &seconds, error));
     }
     if (truth->linear.width != c->world.gbuffer.width ||
         truth->linear.height != c->world.gbuffer.height) {
@@ -156,16 +159,16 @@ static enum pbnds_status measure(struct comparison *c, struct entry *entry,
 /* NAME.exr, NAME.png, NAME_error.png */
 static enum pbnds_status write_entry(struct comparison *c, struct entry *entry,
                                      struct pbnds_image *radiance,
+                                     const struct pbnds_image *alpha,
                                      struct pbnds_error *error)
 {
     char path[1400];
     const char *dir = c->options->output, *name = entry->row.shader;
-    if (c->options->background) {
-        tool_background(&c->world, radiance);
-        pbnds_display_image(&c->display, radiance, &entry->shown);
-    }
+    tool_background(&c->world, c->options->background, alpha, radiance);
+    pbnds_display_image(&c->display, radiance, &entry->shown);
     PBNDS_TRY(file_name(path, sizeof path, dir, name, ".exr", error));
-    PBNDS_TRY(tool_picture_write(path, &c->world, radiance, &c->display, error));
+    PBNDS_TRY(
+        tool_picture_write(path, &c->world, radiance, alpha, NULL, &c->display, error));
     PBNDS_TRY(file_name(path, sizeof path, dir, name, ".png", error));
     PBNDS_TRY(pbnds_png_write(path, &entry->shown, error));
     PBNDS_TRY(file_name(path, sizeof path, dir, name, "_error.png", error));
@@ -179,13 +182,13 @@ static enum pbnds_status run_entry(struct comparison *c, struct entry *entry,
 {
     const bool reference = strcmp(entry->row.shader, "reference") == 0;
     const uint64_t seed = c->options->seed ^ (reference ? 0x9e3779b97f4a7c15u : 0u);
-    struct pbnds_image radiance = {0, 0, 0, NULL};
+    struct pbnds_image radiance = {0, 0, 0, NULL}, alpha = radiance;
     struct pbnds_error reason = {""};
     double seconds = 0.0;
     enum pbnds_status status =
         shade(c, entry->row.shader, seed,
               reference ? reference_spp(c->options) : c->options->spp, &radiance,
-              &seconds, &reason);
+              &alpha, &seconds, &reason);
     if (status == PBNDS_OK) status = measure(c, entry, &radiance, seconds, &reason);
     if (status == PBNDS_ERROR_INTERRUPTED) {
         (void)pbnds_fail(error, status, "%s", reason.message);
@@ -198,9 +201,10 @@ static enum pbnds_status run_entry(struct comparison *c, struct entry *entry,
         ++c->failed;
         status = PBNDS_OK;
     } else {
-        status = write_entry(c, entry, &radiance, error);
+        status = write_entry(c, entry, &radiance, &alpha, error);
     }
     pbnds_image_free(&radiance);
+    pbnds_image_free(&alpha);
     return status;
 }
 
@@ -235,14 +239,17 @@ static enum pbnds_status write_truth(struct comparison *c, struct pbnds_error *e
 {
     char path[1400];
     if (!c->truth.display_only) {
-        if (c->options->background) {
-            tool_background(&c->world, &c->truth.linear);
+        /* a picture from a file is what is seen already */
+        const bool traced = strcmp(c->truth.name, "reference") == 0;
+        if (traced) {
+            tool_background(&c->world, c->options->background, &c->truth.alpha,
+                            &c->truth.linear);
             pbnds_display_image(&c->display, &c->truth.linear, &c->truth.shown);
         }
         PBNDS_TRY(
             file_name(path, sizeof path, c->options->output, "against", ".exr", error));
-        PBNDS_TRY(
-            tool_picture_write(path, &c->world, &c->truth.linear, &c->display, error));
+        PBNDS_TRY(tool_picture_write(path, &c->world, &c->truth.linear, &c->truth.alpha,
+                                     NULL, &c->display, error));
     }
     PBNDS_TRY(
         file_name(path, sizeof path, c->options->output, "against", ".png", error));
@@ -341,6 +348,7 @@ static enum pbnds_status compare_names(const struct tool_options *options,
         pbnds_image_free(&c->entries[i].map);
     }
     pbnds_image_free(&c->truth.linear);
+    pbnds_image_free(&c->truth.alpha);
     pbnds_image_free(&c->truth.shown);
     tool_world_free(&c->world);
     free(c);

@@ -44,20 +44,25 @@ enum pbnds_status tool_folder_check(const char *folder, struct pbnds_error *erro
     return PBNDS_OK;
 }
 
-void tool_background(const struct tool_world *world, struct pbnds_image *radiance)
+void tool_background(const struct tool_world *world, bool light_map,
+                     const struct pbnds_image *alpha, struct pbnds_image *radiance)
 {
     const struct pbnds_gbuffer *g = &world->gbuffer;
-    if (!world->envmap) return;
+    const float *coverage = alpha && alpha->data ? alpha->data : g->coverage;
     for (int y = 0; y < g->height; ++y) {
         for (int x = 0; x < g->width; ++x) {
-            if (g->coverage[(size_t)y * (size_t)g->width + (size_t)x] > 0.0f) continue;
-            const struct pbnds_ray ray = pbnds_camera_ray(
-                &g->camera, g->width, g->height, (float)x + 0.5f, (float)y + 0.5f);
-            const struct pbnds_vec3 l = pbnds_envmap_eval(world->envmap, ray.direction);
+            const float c = coverage[(size_t)y * (size_t)g->width + (size_t)x];
+            if (c >= 1.0f) continue;
+            struct pbnds_vec3 l = {0.0f, 0.0f, 0.0f};
+            if (light_map && world->envmap) {
+                const struct pbnds_ray ray = pbnds_camera_ray(
+                    &g->camera, g->width, g->height, (float)x + 0.5f, (float)y + 0.5f);
+                l = pbnds_envmap_eval(world->envmap, ray.direction);
+            }
             float *pixel = pbnds_image_at(radiance, x, y);
-            pixel[0] = l.x;
-            pixel[1] = l.y;
-            pixel[2] = l.z;
+            pixel[0] = c * pixel[0] + (1.0f - c) * l.x;
+            pixel[1] = c * pixel[1] + (1.0f - c) * l.y;
+            pixel[2] = c * pixel[2] + (1.0f - c) * l.z;
         }
     }
 }
@@ -71,15 +76,62 @@ enum pbnds_status tool_displayed(const struct pbnds_image *radiance,
     return PBNDS_OK;
 }
 
+/* Planes of an image as channels of a file. */
+static void add_planes(struct pbnds_exr_channel *channels, int *count, float **plane,
+                       const char *prefix, const char *names,
+                       const struct pbnds_image *image)
+{
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    const size_t n = (size_t)image->channels;
+    for (size_t c = 0; c < n; ++c, *plane += pixels) {
+        struct pbnds_exr_channel *channel = &channels[(*count)++];
+        (void)snprintf(channel->name, sizeof channel->name, "%s%c", prefix, names[c]);
+        channel->type = PBNDS_EXR_FLOAT;
+        channel->data = *plane;
+        for (size_t i = 0; i < pixels; ++i)
+            (*plane)[i] = image->data[n * i + c];
+    }
+}
+
+static enum pbnds_status write_exr(const char *path, const struct tool_world *world,
+                                   const struct pbnds_image *radiance,
+                                   const struct pbnds_image *alpha,
+                                   const struct pbnds_image *variance,
+                                   struct pbnds_error *error)
+{
+    struct pbnds_exr_channel extra[4];
+    int count = 0;
+    const size_t pixels = (size_t)radiance->width * (size_t)radiance->height;
+    const bool has_alpha = alpha && alpha->data,
+               has_variance = variance && variance->data;
+    const size_t planes = (has_alpha ? 1u : 0u) + (has_variance ? 3u : 0u);
+    float *data = NULL;
+    if (planes > 0) {
+        data = malloc(planes * pixels * sizeof *data);
+        if (!data)
+            return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for %zu planes",
+                              path, planes);
+        float *plane = data;
+        if (has_alpha) add_planes(extra, &count, &plane, "", "A", alpha);
+        if (has_variance)
+            add_planes(extra, &count, &plane, "variance.", "RGB", variance);
+    }
+    const enum pbnds_status status =
+        pbnds_gbuffer_write(path, &world->gbuffer, &world->origin, radiance, extra,
+                            count, PBNDS_EXR_ZIP, error);
+    free(data);
+    return status;
+}
+
 enum pbnds_status tool_picture_write(const char *path, const struct tool_world *world,
                                      const struct pbnds_image *radiance,
+                                     const struct pbnds_image *alpha,
+                                     const struct pbnds_image *variance,
                                      const struct pbnds_display *display,
                                      struct pbnds_error *error)
 {
-    if (tool_has_extension(path, ".exr")) {
-        return pbnds_gbuffer_write(path, &world->gbuffer, &world->origin, radiance,
-                                   NULL, 0, PBNDS_EXR_ZIP, error);
-    }
+    if (tool_has_extension(path, ".exr"))
+        return write_exr(path, world, radiance, alpha, variance, error);
     struct pbnds_image shown = {0, 0, 0, NULL};
     PBNDS_TRY(tool_displayed(radiance, display, &shown, error));
     const enum pbnds_status status = pbnds_png_write(path, &shown, error);

@@ -19,11 +19,18 @@ enum pbnds_status tool_picture_check(const char *path,
 enum pbnds_status tool_folder_check(const char *folder,
                                     struct pbnds_error *error) PBNDS_NODISCARD;
 
-/** Where nothing was hit, the light map as the camera sees it. */
-void tool_background(const struct tool_world *world, struct pbnds_image *radiance);
-/** .exr: linear radiance and the AOVs; .png: the tone-mapped preview. */
+/** What was shaded becomes what is seen: c radiance + (1 - c) L, with c the shader's own
+ *  coverage where `alpha` is not empty (shader.h), else the G-buffer's, and L the light map
+ *  as the camera sees it through the pixel's centre, or black. */
+void tool_background(const struct tool_world *world, bool light_map,
+                     const struct pbnds_image *alpha, struct pbnds_image *radiance);
+/** .exr: linear radiance, with A = alpha where that is not empty, the AOVs, and variance.R,
+ *  .G, .B where that is not empty; .png: the tone-mapped preview. alpha and variance may
+ *  be NULL. */
 enum pbnds_status tool_picture_write(const char *path, const struct tool_world *world,
                                      const struct pbnds_image *radiance,
+                                     const struct pbnds_image *alpha,
+                                     const struct pbnds_image *variance,
                                      const struct pbnds_display *display,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 /** A new display-encoded image. */

@@ -276,10 +276,36 @@ uint64_t pbnds_accel_bare_primary(const struct pbnds_accel *accel,
     return atomic_load(&job.hits);
 }
 
-/* A number in [0, 1) that depends on nothing but the ray's seed and the triangle. */
-static float chance(uint32_t seed, uint32_t mesh, uint32_t triangle)
+static uint64_t hash_position(struct pbnds_vec3 p)
 {
-    struct pbnds_rng rng = pbnds_rng_make(seed, mesh, triangle);
+    const float zero = 0.0f; /* -0 is 0 */
+    const float at[3] = {p.x + zero, p.y + zero, p.z + zero};
+    uint32_t bits[3];
+    memcpy(bits, at, sizeof bits);
+    return pbnds_rng_make(bits[0], bits[1], bits[2]).key;
+}
+
+/* What a layer is known by. A ray that meets the edge of two triangles, or the corner of
+ * several, hits each of them (the BVH is robust), though there is one layer: there the
+ * corners stand for all. Close to them they do as well, which changes nothing. */
+static uint64_t layer_key(const struct cutout *cutout, const struct pbnds_hit *hit)
+{
+    const float close = 1e-6f;
+    const bool on[3] = {hit->u + hit->v<1.0f - close, hit->u> close, hit->v > close};
+    if (on[0] && on[1] && on[2]) return hit->triangle;
+    const struct pbnds_mesh *mesh = &cutout->scene->meshes[hit->mesh];
+    uint64_t key = 1ull << 32; /* apart from the triangles; the order must not matter */
+    for (size_t k = 0; k < 3; ++k)
+        if (on[k])
+            key += hash_position(
+                mesh->position[mesh->index[3 * (size_t)hit->triangle + k]]);
+    return key;
+}
+
+/* A number in [0, 1) that depends on nothing but the ray's seed and the layer. */
+static float chance(uint32_t seed, uint32_t mesh, uint64_t layer)
+{
+    struct pbnds_rng rng = pbnds_rng_make(seed, mesh, layer);
     return pbnds_rng_float(&rng);
 }
 
@@ -288,7 +314,7 @@ static bool stops(const struct cutout *cutout, const struct pbnds_query *query,
 {
     const float alpha = pbnds_scene_alpha(cutout->scene, hit);
     if (cutout->blend && query && query->stochastic)
-        return chance(query->seed, hit->mesh, hit->triangle) < alpha;
+        return chance(query->seed, hit->mesh, layer_key(cutout, hit)) < alpha;
     if (cutout->blend && query && query->blend_solid) return alpha > 0.0f;
     return alpha >= cutout->cutoff;
 }

@@ -7,7 +7,8 @@
  * surface where alpha >= its cutoff and a BLEND surface where alpha >= 1/2, and nothing
  * of them elsewhere. A stochastic ray sees a BLEND surface with probability alpha: the
  * choice is a hash of (seed, mesh, triangle), so that the mean over seeds is the
- * composite over all layers, in any order of traversal.
+ * composite over all layers, in any order of traversal. Triangles that share the edge or
+ * corner that a ray meets are one layer.
  */
 #ifndef PBNDS_ENGINE_SCENE_ACCEL_H
 #define PBNDS_ENGINE_SCENE_ACCEL_H

@@ -160,7 +160,8 @@ enum pbnds_status pbnds_gbuffer_raycast(const struct pbnds_scene *scene,
 /**
  * Writes the contract's channels and attributes; origin NULL: normals in camera space,
  * planar depth. `radiance` (3-channel, linear, or NULL) joins as R, G, B with
- * A = coverage; `extra` are further channels (borrowed) such as a data set's targets.
+ * A = coverage; `extra` are further channels (borrowed) such as a data set's targets, or
+ * an A that takes the place of this one.
  *
  * Beside those of DESIGN's contract: f0.{R,G,B} and f90.R where the G-buffer has them,
  * material_id (uint), and Cryptomatte's CryptoObject00 to 02 and CryptoMaterial00 to 02.

@@ -138,12 +138,16 @@ static void list_contract(struct writing *w)
     }
 }
 
-static void list_radiance(struct writing *w)
+/* A shader may have found a coverage of its own. */
+static void list_radiance(struct writing *w, const struct pbnds_exr_channel *extra,
+                          int extra_count)
 {
     if (!w->radiance) return;
     add_channel(w, "R", PBNDS_EXR_FLOAT, w->color[0]);
     add_channel(w, "G", PBNDS_EXR_FLOAT, w->color[1]);
     add_channel(w, "B", PBNDS_EXR_FLOAT, w->color[2]);
+    for (int i = 0; i < extra_count; ++i)
+        if (strcmp(extra[i].name, "A") == 0) return;
     add_channel(w, "A", PBNDS_EXR_HALF, w->gbuffer->coverage);
 }
 
@@ -219,7 +223,7 @@ pbnds_gbuffer_write(const char *path, const struct pbnds_gbuffer *gbuffer,
     if (status == PBNDS_OK) status = convert(&w, &block, error);
     if (status == PBNDS_OK) {
         list_contract(&w);
-        list_radiance(&w);
+        list_radiance(&w, extra, extra_count);
         list_mattes(&w);
         status = add_extra(&w, extra, extra_count, error);
     }

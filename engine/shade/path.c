@@ -258,7 +258,7 @@ void pbnds_path_trace(const struct pbnds_path_world *world,
 }
 
 bool pbnds_path_trace_camera(const struct pbnds_path_world *world,
-                             const struct pbnds_ray *ray, const float pixel[2],
+                             const struct pbnds_ray *ray, const float cone[2],
                              const struct pbnds_sampler *sampler,
                              struct pbnds_path_light *light)
 {
@@ -269,7 +269,7 @@ bool pbnds_path_trace_camera(const struct pbnds_path_world *world,
     pbnds_accel_intersect_query(world->accel, ray, &how, &hit);
     *light = path.light;
     if (hit.mesh == UINT32_MAX) return false;
-    const float footprint = pixel[0] * hit.t + pixel[1];
+    const float footprint = cone[0] * hit.t + cone[1];
     add_light(&path, arrive(&path, &hit, ray->direction, footprint), true);
     run(&path);
     *light = path.light;

@@ -59,11 +59,11 @@ void pbnds_path_trace(const struct pbnds_path_world *world,
                       const struct pbnds_path_vertex *first,
                       const struct pbnds_sampler *sampler,
                       struct pbnds_path_light *light);
-/** A path that starts at the eye, `pixel`: width of the pixel's cone at distance 1 and at
- *  distance 0, for the texture footprint of the first surface. Its emission counts, in
- *  both sums. false: the ray leaves the scene, and there is no light. */
+/** A path that starts at the eye. The texture footprint of the first surface, at distance
+ *  t, is cone[0] t + cone[1]. Its emission counts, in both sums. false: the ray leaves the
+ *  scene, and there is no light. */
 bool pbnds_path_trace_camera(const struct pbnds_path_world *world,
-                             const struct pbnds_ray *ray, const float pixel[2],
+                             const struct pbnds_ray *ray, const float cone[2],
                              const struct pbnds_sampler *sampler,
                              struct pbnds_path_light *light);
 /** Set of the sampler for the position within the pixel. */

@@ -25,7 +25,6 @@ struct trace {
     struct pbnds_path_world world;
     struct pbnds_light_table lights;
     struct pbnds_camera_view view;
-    float pixel[2]; /* width of a pixel's cone: times distance, plus */
     int spp, block;
     int begin, end; /* samples of this pass */
     struct film film;
@@ -52,6 +51,19 @@ static struct pbnds_ray camera_ray(const struct trace *trace, int x, int y,
     if (trace->job->gbuffer->samples > 1)
         pbnds_sampler_get(sampler, PBNDS_PATH_SET_PIXEL, 2, u);
     return pbnds_camera_view_ray(&trace->view, (float)x + u[0], (float)y + u[1]);
+}
+
+/* Width of a centre ray's cone, as the G-buffer has it: times distance, plus. Rays all over
+ * the pixel average textures by their number. */
+static void cone(const struct trace *trace, const struct pbnds_ray *ray, float width[2])
+{
+    const struct pbnds_camera_view *view = &trace->view;
+    width[0] = width[1] = 0.0f;
+    if (trace->job->gbuffer->samples > 1) return;
+    if (view->orthographic)
+        width[1] = view->pixel;
+    else
+        width[0] = view->pixel * pbnds_dot(ray->direction, view->forward);
 }
 
 /* Is the first surface of a pixel, of whatever opacity, one that lets nothing through?
@@ -91,8 +103,9 @@ static void trace_block(const struct trace *trace, int x, int y, size_t i,
             pbnds_path_trace(&trace->world, first, &sampler, &light);
         } else {
             const struct pbnds_ray ray = camera_ray(trace, x, y, &sampler);
-            if (!pbnds_path_trace_camera(&trace->world, &ray, trace->pixel, &sampler,
-                                         &light))
+            float width[2];
+            cone(trace, &ray, width);
+            if (!pbnds_path_trace_camera(&trace->world, &ray, width, &sampler, &light))
                 continue;
         }
         ++block->hits;
@@ -330,7 +343,6 @@ static void set_up(struct trace *trace, const struct pbnds_shade_job *job,
     trace->block = block_size(trace->spp);
     trace->view = pbnds_camera_view(&job->gbuffer->camera, job->gbuffer->width,
                                     job->gbuffer->height);
-    trace->pixel[trace->view.orthographic ? 1 : 0] = trace->view.pixel;
     trace->world = (struct pbnds_path_world){.scene = job->scene,
                                              .accel = job->accel,
                                              .envmap = job->envmap,

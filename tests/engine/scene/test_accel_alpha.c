@@ -94,6 +94,51 @@ static void shadow_rays_see_the_same_layers(void **state)
     pbnds_accel_free(s.accel);
 }
 
+/* Rays at the diagonal of the sheets, and at their middle: two triangles, or all corners,
+ * of one layer; the vertices of the second sheet are not shared. */
+static void an_edge_is_one_layer(void **state)
+{
+    (void)state;
+    struct stack s;
+    const float alpha[LAYERS] = {0.3f, 0.0f, 0.0f, 0.0f};
+    make_stack(&s, alpha);
+    pbnds_accel_free(s.accel);
+    /* the first sheet as four triangles around the middle, each with its own corners */
+    struct pbnds_vec3 fan[12];
+    uint32_t index[12];
+    const struct pbnds_vec3 middle = {0.0f, 0.0f, 0.0f};
+    for (uint32_t k = 0; k < 4; ++k) {
+        fan[3 * k] = k % 2 ? s.position[0][k] : middle;
+        fan[3 * k + 1] = k % 2 ? s.position[0][(k + 1) % 4] : s.position[0][k];
+        fan[3 * k + 2] = k % 2 ? middle : s.position[0][(k + 1) % 4];
+    }
+    for (uint32_t k = 0; k < 12; ++k)
+        index[k] = k;
+    for (int form = 0; form < 2; ++form) {
+        struct pbnds_error error;
+        if (form == 1) {
+            s.f.meshes[0].position = fan;
+            s.f.meshes[0].vertex_count = 12;
+            s.f.meshes[0].index = index;
+            s.f.meshes[0].triangle_count = 4;
+        }
+        if (pbnds_accel_create(&s.f.scene, &s.accel, &error) != PBNDS_OK)
+            fail_msg("%s", error.message);
+        const float at[3] = {0.0f, 0.5f, -0.3f};
+        for (int k = 0; k < 3; ++k) {
+            const struct pbnds_ray ray = {{at[k], at[k], 5.0f}, {0.0f, 0.0f, -1.0f}};
+            int met = 0;
+            for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+                const struct pbnds_query how = {
+                    .max_t = INFINITY, .stochastic = true, .seed = seed};
+                met += pbnds_accel_occluded_query(s.accel, &ray, &how);
+            }
+            assert_near(met / (double)SEEDS, 0.3, 0.01);
+        }
+        pbnds_accel_free(s.accel);
+    }
+}
+
 /* Seeds next to each other, and layers of one seed, are independent: the counts of pairs
  * are the products. */
 static void seeds_and_layers_are_independent(void **state)
@@ -187,6 +232,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(layers_are_composited),
         cmocka_unit_test(shadow_rays_see_the_same_layers),
+        cmocka_unit_test(an_edge_is_one_layer),
         cmocka_unit_test(seeds_and_layers_are_independent),
         cmocka_unit_test(other_queries_keep_their_rules),
         cmocka_unit_test(only_transparency_blends),

@@ -111,12 +111,41 @@ static void an_unlit_wall(void **state)
     fixture_free(&z.f);
 }
 
+/* The map alone: the path without a choice. A sun that uniform samples still find. */
+static struct pbnds_vec3 broad_sun(float u, float v)
+{
+    const bool sun = u > 0.5f && u < 0.75f && v > 0.25f && v < 0.5f;
+    return sun ? pbnds_vec3_make(5.0f, 4.0f, 3.0f) : z_soft_sky(u, v);
+}
+
+static void bodies_under_the_sky(void **state)
+{
+    (void)state;
+    struct z_scene z = {.naive_samples = 12000, .spp = 1024, .most_error = 0.03};
+    struct pbnds_material m[3] = {matte(0.7f), matte(0.9f), matte(0.5f)};
+    m[1].metallic = 1.0f;
+    m[1].roughness = 0.5f;
+    m[2].ior_f0 = 0.04f;
+    m[2].roughness = 0.5f;
+    const struct pbnds_mesh meshes[3] = {floor_at(0.0f, 2.0f, 0), cube(0.6f, 1),
+                                         quad(pbnds_vec3_make(-1.5f, 0.0f, -1.0f),
+                                              pbnds_vec3_make(3.0f, 0.0f, 0.2f),
+                                              pbnds_vec3_make(0.0f, 1.5f, 0.0f), 2)};
+    fixture_scene(&z.f, meshes, 3, m, 3);
+    z_scene_sky(&z, 4, broad_sun);
+    fixture_view(&z.f, pbnds_vec3_make(0.8f, 1.8f, 3.6f),
+                 pbnds_vec3_make(0.0f, 0.3f, 0.0f), 6, 6);
+    z_scene_check(&z, 4);
+    fixture_free(&z.f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lights_of_the_file),
         cmocka_unit_test(panes_before_everything),
         cmocka_unit_test(an_unlit_wall),
+        cmocka_unit_test(bodies_under_the_sky),
     };
     return cmocka_run_group_tests_name("engine/shade/z_layers", tests, NULL, NULL);
 }
