@@ -15,6 +15,48 @@ static void destroy(struct pbnds_shader *self)
     free(s);
 }
 
+/* The networks know lights at infinity from the map. Those of the file are few and exact:
+ * ggx shades them alone, with traced shadows where the scene is known. It brings the
+ * emission a second time. */
+static enum pbnds_status add_file_lights(const struct pbnds_shade_job *job,
+                                         struct pbnds_image *radiance,
+                                         struct pbnds_error *error)
+{
+    if (!job->scene || job->scene->light_count == 0) return PBNDS_OK;
+    struct pbnds_shade_job alone = *job;
+    alone.envmap = NULL;
+    alone.variance = NULL;
+    struct pbnds_image lit;
+    PBNDS_TRY(pbnds_shade(pbnds_shader_find("ggx"), &alone, &lit, error));
+    const size_t pixels = (size_t)lit.width * (size_t)lit.height;
+    for (size_t i = 0; i < pixels; ++i) {
+        for (size_t c = 0; c < 3; ++c) {
+            radiance->data[3 * i + c] +=
+                lit.data[3 * i + c] - job->gbuffer->emission[c][i];
+        }
+    }
+    pbnds_image_free(&lit);
+    return PBNDS_OK;
+}
+
+static enum pbnds_status shade_transport(const struct pbnds_shader *self,
+                                         const struct pbnds_shade_job *job,
+                                         struct pbnds_image *radiance,
+                                         struct pbnds_error *error)
+{
+    PBNDS_TRY(pbnds_shade_transport(self, job, radiance, error));
+    return add_file_lights(job, radiance, error);
+}
+
+static enum pbnds_status shade_pbnds_plus(const struct pbnds_shader *self,
+                                          const struct pbnds_shade_job *job,
+                                          struct pbnds_image *radiance,
+                                          struct pbnds_error *error)
+{
+    PBNDS_TRY(pbnds_shade_pbnds_plus(self, job, radiance, error));
+    return add_file_lights(job, radiance, error);
+}
+
 static const struct pbnds_shader_ops OPS[] = {
     {.name = "transport",
      .channels = PBNDS_CHANNEL_ALBEDO | PBNDS_CHANNEL_NORMAL | PBNDS_CHANNEL_SPECULAR |
@@ -22,13 +64,13 @@ static const struct pbnds_shader_ops OPS[] = {
                  PBNDS_CHANNEL_DEPTH | PBNDS_CHANNEL_EMISSION,
      .about = "neural light transport, linear in light: predicted shadows and indirect "
               "light",
-     .shade = pbnds_shade_transport,
+     .shade = shade_transport,
      .destroy = destroy},
     {.name = "pbnds+",
      .channels = PBNDS_CHANNEL_ALBEDO | PBNDS_CHANNEL_NORMAL | PBNDS_CHANNEL_SPECULAR |
                  PBNDS_CHANNEL_ROUGHNESS | PBNDS_CHANNEL_DEPTH | PBNDS_CHANNEL_EMISSION,
      .about = "the paper's convolutional deferred shader: a U-Net a light, averaged",
-     .shade = pbnds_shade_pbnds_plus,
+     .shade = shade_pbnds_plus,
      .destroy = destroy},
 };
 

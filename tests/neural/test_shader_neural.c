@@ -103,6 +103,51 @@ static void transport_of_no_light_is_exactly_zero(void **state)
     pbnds_gbuffer_free(&g);
 }
 
+/* Lights of the file come on top of whatever the network says, as ggx shades them. */
+static void lights_of_the_file_are_added(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g = fixture_walls(37, 50);
+    for (int c = 0; c < 3; ++c)
+        g.emission[c][20 * 37 + 18] = 0.25f;
+    struct pbnds_envmap *env = fixture_env(1.0f, 5);
+    struct pbnds_light sun = {.kind = PBNDS_LIGHT_DIRECTIONAL,
+                              .direction = {0.0f, -0.6f, -0.8f},
+                              .intensity = {12.0f, 8.0f, 4.0f},
+                              .range = INFINITY};
+    const struct pbnds_scene scene = {.lights = &sun, .light_count = 1};
+    static const char *const models[] = {"transport", "pbnds+"};
+    for (int m = 0; m < 2; ++m) {
+        const struct pbnds_shader *s = make_shader(models[m], PBNDS_F32);
+        struct pbnds_image map = shade(s, &g, env, 4, 0), both, lit;
+        struct pbnds_shade_job job = {.gbuffer = &g,
+                                      .envmap = env,
+                                      .scene = &scene,
+                                      .seed = 1,
+                                      .lights = 4,
+                                      .shadows = -1};
+        assert_int_equal(pbnds_shade(s, &job, &both, NULL), PBNDS_OK);
+        job.envmap = NULL;
+        assert_int_equal(pbnds_shade(pbnds_shader_find("ggx"), &job, &lit, NULL),
+                         PBNDS_OK);
+        assert_true(largest(&lit) > 0.5);
+        for (size_t i = 0; i < (size_t)37 * 50; ++i) {
+            for (size_t c = 0; c < 3; ++c) {
+                const double want = (double)map.data[3 * i + c] +
+                                    (double)lit.data[3 * i + c] -
+                                    (double)g.emission[c][i];
+                assert_near(both.data[3 * i + c], want, 1e-5 * (1.0 + fabs(want)));
+            }
+        }
+        pbnds_image_free(&map);
+        pbnds_image_free(&both);
+        pbnds_image_free(&lit);
+        pbnds_shader_neural_free(s);
+    }
+    pbnds_envmap_free(env);
+    pbnds_gbuffer_free(&g);
+}
+
 static void transport_scales_with_the_light(void **state)
 {
     (void)state;
@@ -215,6 +260,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(transport_of_no_light_is_exactly_zero),
+        cmocka_unit_test(lights_of_the_file_are_added),
         cmocka_unit_test(transport_scales_with_the_light),
         cmocka_unit_test(chunks_of_lights_do_not_matter),
         cmocka_unit_test(uncovered_pixels_stay_black_and_emission_is_exact),
