@@ -162,6 +162,21 @@ pbnds_status check_size(const OIIO::ImageSpec &spec, const pbnds_image_size &exp
     return PBNDS_OK;
 }
 
+// Picture files row by row: a whole image goes through 64 MiB of the library's, whatever
+// its size.
+bool read_samples(OIIO::ImageInput &in, format_bit bit, int begin, int end,
+                  OIIO::TypeDesc type, void *out, size_t size)
+{
+    if (bit == EXR) return in.read_image(0, 0, begin, end, type, out);
+    const int height = in.spec().height;
+    const size_t row = size / size_t(height);
+    for (int y = 0; y < height; ++y) {
+        char *to = static_cast<char *>(out) + size_t(y) * row;
+        if (!in.read_scanline(y + in.spec().y, 0, type, to)) return false;
+    }
+    return true;
+}
+
 pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit,
                          const pbnds_image_size &expected, const char *name,
                          decoded *out, pbnds_error *error)
@@ -195,10 +210,12 @@ pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit,
     bool good;
     if (bytes) {
         out->u8.resize(count);
-        good = in.read_image(0, 0, begin, end, OIIO::TypeDesc::UINT8, out->u8.data());
+        good = read_samples(in, bit, begin, end, OIIO::TypeDesc::UINT8, out->u8.data(),
+                            out->u8.size());
     } else {
         out->f32.resize(count);
-        good = in.read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, out->f32.data());
+        good = read_samples(in, bit, begin, end, OIIO::TypeDesc::FLOAT, out->f32.data(),
+                            out->f32.size() * sizeof(float));
     }
     return good ? PBNDS_OK : fail_damaged(name, in.geterror(), error);
 }
