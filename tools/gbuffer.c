@@ -48,10 +48,19 @@ const struct tool_command tool_gbuffer = {
     .usage = "gbuffer SCENE -o OUT.exr [options]",
     .about = "casts the G-buffer of a glTF scene into an EXR file",
     .details =
-        "One ray through each pixel centre. Channels: albedo, normal (camera space), "
-        "specular,\n"
-        "roughness, metallic, Z (planar depth, metres), coverage, position, emission,\n"
-        "object_id; the header says camera, contract version, seed and arguments.\n\n"
-        "  pbnds gbuffer scene.glb -o g.exr --camera main --size 640x480",
+        "One ray through each pixel centre, or --aov-samples of them. Channels: "
+        "albedo, "
+        "normal,\n"
+        "specular, roughness, metallic, Z (metres), coverage, position, emission, "
+        "object_id; f0 and\n"
+        "f90 where a material needs them; uv, ao, material_id (--aovs), motion, "
+        "Cryptomatte. The\n"
+        "header says camera, spaces, contract version, seed and arguments; 'pbnds "
+        "check' "
+        "reads it\n"
+        "all.\n\n"
+        "  pbnds gbuffer scene.glb -o g.exr --camera main --size 640x480\n"
+        "  pbnds gbuffer scene.glb -o g.exr --aov-samples 16 --aov-through alpha "
+        "--cryptomatte",
     .run = run,
 };

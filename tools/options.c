@@ -46,18 +46,19 @@ struct row {
 #define READS      (CASTS | TOOL_INFO | TOOL_CHECK)
 #define LIT        (TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE)
 #define SHADES     (TOOL_RENDER | TOOL_SHADE)
-#define MAKES      (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN)
+#define MAKES      (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN | TOOL_IMPORT)
 
 /* The command line, row by row, in the order of --help. */
 static const struct row rows[] = {
     {"camera", KIND_STRING, AT(camera), 0, 0, CASTS, GROUP_CAMERA, "NAME|INDEX",
      "a camera of the file, by its name or its number from 0 (default: the first)",
      NULL},
-    {"look", KIND_LOOK, AT(look), -360, 360, CASTS, GROUP_CAMERA, "YAW,PITCH",
+    {"look", KIND_LOOK, AT(look), -360, 360, CASTS | TOOL_IMPORT, GROUP_CAMERA,
+     "YAW,PITCH",
      "frame the whole scene from this side, degrees; 0,0 looks along -z "
      "(default 30,20 where the file has no camera)",
      NULL},
-    {"fov", KIND_DOUBLE, AT(fov), 1, 170, CASTS, GROUP_CAMERA, "DEG",
+    {"fov", KIND_DOUBLE, AT(fov), 1, 170, CASTS | TOOL_IMPORT, GROUP_CAMERA, "DEG",
      "vertical field of view (default: the file's, or 40)", NULL},
     {"time", KIND_DOUBLE, AT(time), 0, 1e6, CASTS, GROUP_CAMERA, "SECONDS",
      "poses the animation (default: the pose of the nodes)", NULL},

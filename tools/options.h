@@ -24,6 +24,7 @@ enum tool_mask {
     TOOL_INFO = 1u << 6,
     TOOL_CHECK = 1u << 7,
     TOOL_BENCH = 1u << 8,
+    TOOL_IMPORT = 1u << 9,
 };
 
 enum tool_precision { TOOL_PRECISION_AUTO, TOOL_PRECISION_FP32, TOOL_PRECISION_BF16 };

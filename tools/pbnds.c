@@ -12,7 +12,7 @@
 
 static const struct tool_command *const commands[] = {
     &tool_render, &tool_gbuffer, &tool_shade, &tool_compare, &tool_dataset,
-    &tool_train,  &tool_info,    &tool_check, &tool_bench,
+    &tool_train,  &tool_import,  &tool_info,  &tool_check,   &tool_bench,
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
@@ -66,7 +66,7 @@ static enum pbnds_status find_command(const char *name,
             return PBNDS_OK;
         }
     }
-    if (strcmp(name, "eval") == 0 || strcmp(name, "import") == 0) {
+    if (strcmp(name, "eval") == 0) {
         return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
                           "'%s' is not in this version; see pbnds --help", name);
     }

@@ -3,17 +3,17 @@
 . "$(dirname "$0")/lib.sh"
 
 run 0 "$PBNDS" --help
-for word in render gbuffer shade compare dataset train info check bench reference neural:FILE; do
+for word in render gbuffer shade compare dataset train import info check bench reference neural:FILE; do
     check grep -q -e "$word" stdout
 done
 check [ ! -s stderr ]
-for word in eval import; do
+for word in eval; do
     check eval "! grep -qw $word stdout"
     refuse 2 "'$word' is not in this version" "$PBNDS" $word
 done
 run 0 "$PBNDS" --version
 check grep -q '^pbnds [0-9]' stdout
-for name in render gbuffer shade compare dataset train info check bench; do
+for name in render gbuffer shade compare dataset train import info check bench; do
     run 0 "$PBNDS" $name --help
     check grep -q "^usage: pbnds $name" stdout
     check grep -q "^Exit status" stdout
