@@ -174,9 +174,10 @@ const struct tool_command tool_import = {
         "specular and albedo. A folder goes into a folder. ZIP and PIZ, not DWA.\n"
         "images DIR: maps of one size, NAME.png, .exr, .jpg, .webp or .hdr: albedo, "
         "normal\n"
-        "(2 v - 1, +y up), roughness, metallic, specular, depth (.exr: metres; 16 bit: "
-        "millimetres),\n"
-        "mask, emission, ao. 8- and 16-bit colours are decoded from sRGB.\n"
+        "(2 v - 1, +y up), roughness, metallic, specular, depth (.exr: metres; 16 "
+        "bit:\n"
+        "millimetres), mask, emission, ao. 8- and 16-bit colours are decoded from "
+        "sRGB.\n"
         "What is missing gets a default, and is told.\n\n"
         "  pbnds import blender render.exr -o g.exr\n"
         "  pbnds import images maps/ -o g.exr --fov 30 && pbnds shade g.exr -o out.png",

@@ -6,11 +6,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "engine/core/file.h"
 #include "engine/core/rng.h"
 #include "engine/image/oiio.h"
 #include "engine/shade/gbuffer_check.h"
 #include "engine/shade/import.h"
+#include "tests/engine/core/scratch.h"
 #include "tests/test.h"
 
 #define GOLDEN PBNDS_SOURCE_DIR "/tests/golden/blender/multilayer.exr"
@@ -406,7 +406,7 @@ static void folders_of_maps(void **state)
     (void)state;
     struct pbnds_gbuffer g;
     struct pbnds_error error = {""};
-    must(pbnds_make_folder(MAPS, &error), &error);
+    scratch_make(MAPS);
     assert_int_equal(pbnds_import_images(MAPS, &nothing_said, &g, &notes, &error),
                      PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "neither albedo nor normal"));
