@@ -1,9 +1,10 @@
-/* libFuzzer target: any bytes as an EXR file, and as a G-buffer. */
+/* libFuzzer target: any bytes as an EXR file, as a G-buffer, and under the lint of one. */
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 #include "engine/shade/gbuffer.h"
+#include "engine/shade/gbuffer_check.h"
 #include "tests/fuzz/scratch.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -15,9 +16,14 @@ static void check_gbuffer(const struct pbnds_gbuffer *g)
 {
     const size_t count = (size_t)g->width * (size_t)g->height;
     for (size_t i = 0; i < count; ++i) {
-        if (!isfinite(g->albedo[0][i]) || !isfinite(g->normal[2][i])) abort();
+        for (int c = 0; c < 3; ++c) {
+            if (!isfinite(g->albedo[c][i]) || !isfinite(g->normal[c][i])) abort();
+            if (!isfinite(g->position[c][i]) || !isfinite(g->emission[c][i])) abort();
+            if (g->f0[c] && !isfinite(g->f0[c][i])) abort();
+        }
         if (!isfinite(g->roughness[i]) || isnan(g->depth[i])) abort();
-        if (!isfinite(g->position[1][i]) || !isfinite(g->emission[0][i])) abort();
+        if (!isfinite(g->metallic[i]) || !isfinite(g->specular[i])) abort();
+        if (!(g->coverage[i] >= 0.0f && g->coverage[i] <= 1.0f)) abort();
     }
 }
 
@@ -34,6 +40,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             if (exr.channels[i].type == PBNDS_EXR_UINT) continue;
             sink += ((const float *)exr.channels[i].data)[last];
         }
+        static struct pbnds_findings findings;
+        pbnds_gbuffer_check(&exr, path, &findings);
+        sink += (float)pbnds_findings_faults(&findings);
         pbnds_exr_free(&exr);
     }
     struct pbnds_gbuffer gbuffer;
