@@ -53,7 +53,7 @@ struct pbnds_vec3 pbnds_paper_blinn_phong(const struct pbnds_paper_material *m,
     const float n_h = positive_dot(m->n, half_vector(l, v));
     const float n_h2 = n_h * n_h, n_h4 = n_h2 * n_h2, n_h8 = n_h4 * n_h4;
     return pbnds_add(pbnds_scale(m->albedo, positive_dot(m->n, l)),
-                     pbnds_splat(m->specular * n_h8 * n_h8));
+                     pbnds_splat(m->specular * (n_h8 * n_h8)));
 }
 
 static float visibility(float k, float cosine)
