@@ -220,11 +220,46 @@ pbnds_status read_pixels(OIIO::ImageInput &in, format_bit bit,
     return good ? PBNDS_OK : fail_damaged(name, in.geterror(), error);
 }
 
+// The library's own reader from memory adds offset and size before it compares them: an
+// offset of -1 in a damaged file passes, and reads what lies before the bytes.
+class memory_file final : public OIIO::Filesystem::IOMemReader
+{
+  public:
+    memory_file(const unsigned char *bytes, size_t size)
+        : IOMemReader(const_cast<unsigned char *>(bytes), size), bytes_(bytes),
+          size_(size)
+    {
+    }
+    bool seek(std::int64_t offset) override
+    {
+        if (offset < 0 || std::uint64_t(offset) > size_) return false;
+        m_pos = offset;
+        return true;
+    }
+    size_t pread(void *out, size_t size, std::int64_t offset) override
+    {
+        if (offset < 0 || std::uint64_t(offset) >= size_) return 0;
+        const size_t n = std::min(size, size_ - size_t(offset));
+        std::memcpy(out, bytes_ + offset, n);
+        return n;
+    }
+    size_t read(void *out, size_t size) override
+    {
+        const size_t n = pread(out, size, m_pos);
+        m_pos += std::int64_t(n);
+        return n;
+    }
+
+  private:
+    const unsigned char *bytes_;
+    size_t size_;
+};
+
 pbnds_status decode_as(const format &kind, const pbnds_image_size &expected,
                        const unsigned char *bytes, size_t size, const char *name,
                        decoded *out, pbnds_error *error)
 {
-    OIIO::Filesystem::IOMemReader memory(const_cast<unsigned char *>(bytes), size);
+    memory_file memory(bytes, size);
     const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::create(kind.reader);
     if (!in) {
         return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,

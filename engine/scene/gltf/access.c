@@ -274,6 +274,9 @@ static enum pbnds_status read_part(struct pbnds_gltf_load_state *g,
                                    const struct part *p)
 {
     const struct pbnds_gltf_accessor *a = p->accessor;
+    const uint64_t overwritten =
+        a->sparse && a->sparse_count > 0 ? (uint64_t)a->sparse_count : 0;
+    PBNDS_TRY(pbnds_gltf_work(g, p->count + overwritten, pbnds_gltf_element_size(a)));
     if (a->view >= 0 || a->unpacked) {
         struct range r = {a->unpacked, pbnds_gltf_element_size(a)};
         if (!a->unpacked) {

@@ -8,6 +8,10 @@
 
 enum { MAX_MESHES = 1 << 24 };
 
+/* What a node refers to is read for each node anew, and a thousand morph targets may be
+ * one accessor: time is bounded too, by what is read in all, in multiples of the budget. */
+enum { WORK = 4 };
+
 static enum pbnds_status too_large(struct pbnds_gltf_load_state *g)
 {
     return pbnds_fail(
@@ -29,6 +33,22 @@ enum pbnds_status pbnds_gltf_charge(struct pbnds_gltf_load_state *g, uint64_t co
 void pbnds_gltf_refund(struct pbnds_gltf_load_state *g, uint64_t count, uint64_t size)
 {
     g->geometry_bytes -= count * size;
+}
+
+enum pbnds_status pbnds_gltf_work(struct pbnds_gltf_load_state *g, uint64_t count,
+                                  uint64_t size)
+{
+    const uint64_t limit =
+        g->max_geometry < UINT64_MAX / WORK ? g->max_geometry * WORK : UINT64_MAX;
+    if (size && count > (limit - g->work_bytes) / size) {
+        return pbnds_fail(
+            g->error, PBNDS_ERROR_MEMORY,
+            "%s: reads the same data over and over, more than %llu MiB in "
+            "all; use a simpler scene (or see --max-geometry)",
+            g->name, (unsigned long long)(limit >> 20));
+    }
+    g->work_bytes += count * size;
+    return PBNDS_OK;
 }
 
 static uint64_t count_of(const struct pbnds_gltf_document *d, int64_t accessor)

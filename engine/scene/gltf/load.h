@@ -38,6 +38,7 @@ struct pbnds_gltf_load_state {
     bool *in_scene;          /**< node belongs to the scene that is loaded        */
     uint64_t geometry_bytes; /**< that are in use now, against max_geometry       */
     uint64_t max_geometry;
+    uint64_t work_bytes; /**< that were read so far, again and again              */
     size_t skipped_primitives; /**< points and lines                               */
     int64_t variant;           /**< KHR_materials_variants, < 0: none              */
     bool more_texcoords, skinned_instances, matrix_animated; /**< seen, for a warning */
@@ -156,6 +157,10 @@ enum pbnds_status pbnds_gltf_charge(struct pbnds_gltf_load_state *g, uint64_t co
                                     uint64_t size) PBNDS_NODISCARD;
 /** Gives back what was charged and is free again. */
 void pbnds_gltf_refund(struct pbnds_gltf_load_state *g, uint64_t count, uint64_t size);
+/** Notes that count * size bytes of the file are about to be read. Errors: MEMORY, where
+ *  a file asks for the same too often. */
+enum pbnds_status pbnds_gltf_work(struct pbnds_gltf_load_state *g, uint64_t count,
+                                  uint64_t size) PBNDS_NODISCARD;
 /** Room for every mesh, camera, light and object of the scene. A file that asks for more
  *  geometry than the budget is refused here, before anything is built. */
 enum pbnds_status pbnds_gltf_make_room(struct pbnds_gltf_load_state *g) PBNDS_NODISCARD;

@@ -38,6 +38,7 @@ static enum pbnds_status read_joints(struct pbnds_gltf_load_state *g,
 {
     const size_t count = skin->joints.count;
     float *bind = NULL;
+    PBNDS_TRY(pbnds_gltf_work(g, count, 2 * sizeof(struct pbnds_mat4)));
     enum pbnds_status status = read_bind(g, skin, &bind);
     for (int p = 0; p < g->pose_count && status == PBNDS_OK; ++p) {
         out->joints[p] = malloc((count + 1) * sizeof *out->joints[p]);
