@@ -312,6 +312,61 @@ static void the_map_shines_through_what_blends(void **state)
     fixture_free(&f);
 }
 
+/* Half of the pixel sees the floor, half nothing: the radiance is that of the floor, and
+ * what covers how much is left to who composes the picture (shader.h). */
+static void a_half_covered_pixel_has_the_whole_radiance(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct pbnds_error error;
+    const struct pbnds_mesh mesh =
+        quad(pbnds_vec3_make(0.0f, 0.0f, 5.0f), pbnds_vec3_make(5.0f, 0.0f, 0.0f),
+             pbnds_vec3_make(0.0f, 0.0f, -10.0f), 0);
+    under_lamps(&f, &mesh, 1, &SUN, 1, 1.0f);
+    const struct pbnds_camera camera = f.gbuffer.camera;
+    const struct pbnds_raycast_options options = {.samples = 256};
+    pbnds_gbuffer_free(&f.gbuffer);
+    must(pbnds_gbuffer_raycast(&f.scene, f.accel, &camera, 1, 1, &options, &f.gbuffer,
+                               &error),
+         &error);
+    assert_near(f.gbuffer.coverage[0], 0.5, 0.02);
+    assert_near(one_pixel(&f, "ggx"), 0.8 / acos(-1.0) * 2.0 * 0.6, 1e-5);
+    fixture_free(&f);
+}
+
+/* KHR_materials_specular in colour, half metal, through ray caster and planes. */
+static void the_gbuffer_keeps_the_surface(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct pbnds_material m = glossy(0.4f, 0.5f);
+    m.specular = 0.7f;
+    m.specular_color = pbnds_vec3_make(2.0f, 0.5f, 0.1f);
+    const struct pbnds_mesh mesh = floor_at(0.0f, 2.0f, 0);
+    fixture_scene(&f, &mesh, 1, &m, 1);
+    fixture_view(&f, pbnds_vec3_make(1.0f, 3.0f, 0.5f), pbnds_splat(0.0f), 1, 1);
+    assert_non_null(f.gbuffer.f90);
+    const struct pbnds_vec3 wo = pbnds_gbuffer_wo(&f.gbuffer, 0, 0);
+    const struct pbnds_ray ray = {pbnds_vec3_make(1.0f, 3.0f, 0.5f),
+                                  pbnds_scale(wo, -1.0f)};
+    struct pbnds_hit hit;
+    struct pbnds_surface surface;
+    pbnds_accel_intersect(f.accel, &ray, &hit);
+    pbnds_scene_surface(&f.scene, &hit, wo, 0.0f, &surface);
+    const struct pbnds_bsdf a = pbnds_bsdf_from_surface(&surface);
+    const struct pbnds_bsdf b = pbnds_bsdf_from_gbuffer(&f.gbuffer, 0);
+    const struct pbnds_vec3 wi = pbnds_normalize(pbnds_vec3_make(-0.6f, 0.5f, 0.2f));
+    const struct pbnds_vec3 p = pbnds_bsdf_eval(&a, wo, wi);
+    const struct pbnds_vec3 q = pbnds_bsdf_eval(&b, wo, wi);
+    assert_near(a.f0, 0.7 * 0.08, 1e-6);
+    assert_near(a.f90, 0.7, 1e-6);
+    assert_near(q.x, p.x, 1e-5 * (double)p.x);
+    assert_near(q.y, p.y, 1e-5 * (double)p.y);
+    assert_near(q.z, p.z, 1e-5 * (double)p.z);
+    assert_near(pbnds_bsdf_pdf(&b, wo, wi), pbnds_bsdf_pdf(&a, wo, wi), 1e-5);
+    fixture_free(&f);
+}
+
 static void no_light_is_exactly_the_emission(void **state)
 {
     (void)state;
@@ -377,6 +432,8 @@ int main(void)
         cmocka_unit_test(lamps_have_their_closed_form),
         cmocka_unit_test(lamps_throw_shadows),
         cmocka_unit_test(the_map_shines_through_what_blends),
+        cmocka_unit_test(a_half_covered_pixel_has_the_whole_radiance),
+        cmocka_unit_test(the_gbuffer_keeps_the_surface),
         cmocka_unit_test(no_light_is_exactly_the_emission),
         cmocka_unit_test(threads_do_not_matter_and_the_seed_does),
     };
