@@ -106,6 +106,20 @@ static int64_t stream_write(exr_const_context_t context, void *user, const void 
     return (int64_t)size;
 }
 
+/* Chunks of a small image are coded faster than threads wake up. */
+static void for_chunks(const struct pbnds_exr *exr, size_t count,
+                       void (*body)(void *context, size_t i, int thread), void *context)
+{
+    const uint64_t samples =
+        (uint64_t)exr->width * (uint64_t)exr->height * (uint64_t)exr->channel_count;
+    if (samples >= 16384) {
+        pbnds_parallel_for(count, body, context);
+    } else {
+        for (size_t i = 0; i < count; ++i)
+            body(context, i, 0);
+    }
+}
+
 static exr_context_initializer_t initializer(struct stream *s)
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -564,7 +578,7 @@ static enum pbnds_status read_planes(exr_context_t context, struct stream *s,
     if (status == PBNDS_OK) {
         for (size_t i = 0; i < chunks; ++i)
             job.results[i] = NOT_DONE;
-        pbnds_parallel_for(chunks, decode_body, &job);
+        for_chunks(exr, chunks, decode_body, &job);
         status = decode_again(&job, s, path, chunks, error);
     }
     for (size_t t = 0; t < threads && job.decoders; ++t) {
@@ -849,7 +863,7 @@ static exr_result_t encode_batch(struct encoding *job, size_t count)
 {
     for (size_t i = 0; i < count; ++i)
         job->encoders[i].done = false;
-    pbnds_parallel_for(count, encode_body, job);
+    for_chunks(job->exr, count, encode_body, job);
     for (size_t i = 0; i < count; ++i) {
         struct encoder *e = &job->encoders[i];
         if (!e->done) encode_body(job, i, 0);

@@ -8,6 +8,9 @@
 
 #include "engine/shade/cryptomatte.h"
 
+/* Metres: beyond, positions leave the range of float. */
+#define FARTHEST 1e15f
+
 static const char *const normal_spaces[] = {"camera", "world", NULL};
 static const char *const depth_kinds[] = {"planar", "distance", NULL};
 static const char *const policies[] = {"first", "alpha", NULL};
@@ -228,15 +231,17 @@ enum pbnds_status pbnds_header_camera(const struct pbnds_exr *exr, const char *p
         strcmp(pbnds_header_string(exr, "pbnds:projection", ""), "orthographic") == 0;
     camera->yfov = get_float(exr, "pbnds:yfov", camera->yfov);
     camera->ymag = get_float(exr, "pbnds:ymag", camera->ymag);
+    const float *eye = camera->world_from_camera.m + 12;
+    const float far_off = fmaxf(fabsf(eye[0]), fmaxf(fabsf(eye[1]), fabsf(eye[2])));
     const bool sane = camera->orthographic
-                          ? camera->ymag > 0.0f
+                          ? camera->ymag > 0.0f && camera->ymag < FARTHEST
                           : camera->yfov > 0.0f && camera->yfov < PBNDS_PI;
-    if (sane) return PBNDS_OK;
+    if (sane && far_off < FARTHEST) return PBNDS_OK;
     return pbnds_fail(
         error, PBNDS_ERROR_FORMAT,
-        "%s: the camera sees nothing (pbnds:yfov %g, pbnds:ymag %g); mend "
-        "these attributes",
-        path, (double)camera->yfov, (double)camera->ymag);
+        "%s: the camera sees nothing (pbnds:yfov %g, pbnds:ymag %g, %g m from the "
+        "origin); mend these attributes",
+        path, (double)camera->yfov, (double)camera->ymag, (double)far_off);
 }
 
 enum pbnds_status pbnds_header_origin(const struct pbnds_exr *exr, const char *path,

@@ -1,4 +1,5 @@
 /* G-buffers from OpenEXR files: ours, and those of others that have our channels. */
+#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -218,7 +219,7 @@ static void read_place(const struct reading *r, const struct pbnds_camera_view *
     const float cosine = pbnds_dot(ray->direction, view->forward);
     const bool distance = r->origin.depth == PBNDS_DEPTH_DISTANCE;
     const float t = distance ? r->from.depth[i] : r->from.depth[i] / cosine;
-    g->depth[i] = distance ? t * cosine : r->from.depth[i];
+    g->depth[i] = distance ? fmaxf(t * cosine, FLT_MIN) : r->from.depth[i];
     if (r->from.position[0]) {
         store(g->position, i, at(r->from.position, i));
     } else {

@@ -217,6 +217,7 @@ enum pbnds_camera_fit pbnds_import_fit_camera(const float *const position[3],
     *off = (float)sqrt(orthographic ? flat_off : wide_off);
     /* Jitter alone stays well below a pixel; more is another kind of camera. */
     if (!is_straight(s) || !(*off < 2.0f)) return PBNDS_FIT_SKEWED;
+    if (!(dot3(s->v[0], s->v[0]) < 1e30)) return PBNDS_FIT_UNKNOWN;
     to_camera(s, orthographic, camera);
     return PBNDS_FIT_DONE;
 }

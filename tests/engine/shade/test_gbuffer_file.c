@@ -500,6 +500,14 @@ static void bad_headers_are_refused(void **state)
     f.attributes[1].value.f = 4.0f;
     f.exr.attribute_count = 2;
     assert_int_equal(pass(&f, &g, &error), PBNDS_ERROR_FORMAT);
+
+    /* Numbers that would put every point out of the range of float. */
+    make_foreign(&f);
+    struct pbnds_mat4 far_off = pbnds_mat4_identity();
+    far_off.m[13] = -1e30f;
+    add_camera(&f, &far_off);
+    assert_int_equal(pass(&f, &g, &error), PBNDS_ERROR_FORMAT);
+    if (!strstr(error.message, "1e+30 m")) fail_msg("%s", error.message);
 }
 
 static void bad_arguments_are_refused(void **state)
