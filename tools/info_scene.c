@@ -31,9 +31,9 @@ static enum pbnds_status add_contents(const char *path,
     }
     cJSON *list =
         add_items(facts, "animations", c.animations, c.animation_count, "channels");
-    for (size_t i = 0; i < c.animation_count; ++i) {
-        tool_add_float(cJSON_GetArrayItem(list, (int)i), "seconds",
-                       (float)c.animations[i].seconds);
+    cJSON *item = list ? list->child : NULL; /* by number it would take the square */
+    for (size_t i = 0; i < c.animation_count && item; ++i, item = item->next) {
+        tool_add_float(item, "seconds", (float)c.animations[i].seconds);
     }
     (void)add_items(facts, "variants", c.variants, c.variant_count, NULL);
     (void)add_items(facts, "skins", c.skins, c.skin_count, "joints");

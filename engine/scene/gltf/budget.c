@@ -10,7 +10,7 @@ enum { MAX_MESHES = 1 << 24 };
 
 /* What a node refers to is read for each node anew, and a thousand morph targets may be
  * one accessor: time is bounded too, by what is read in all, in multiples of the budget. */
-enum { WORK = 4 };
+enum { WORK = 2 };
 
 static enum pbnds_status too_large(struct pbnds_gltf_load_state *g)
 {
