@@ -218,14 +218,19 @@ static double variance_scale(int n, int block)
 static double noise(const struct trace *trace, int n)
 {
     const struct film *film = &trace->film;
-    const size_t count =
-        3 * (size_t)film->radiance.width * (size_t)film->radiance.height;
-    const double scale = variance_scale(n, trace->block);
-    double error = 0.0, sum = 0.0;
-    for (size_t k = 0; k < count; ++k) {
-        error += sqrt((double)film->spread.data[k] * scale);
-        sum += (double)film->radiance.data[k];
+    const size_t pixels = (size_t)film->radiance.width * (size_t)film->radiance.height;
+    const float *covered =
+        film->hits.data ? film->hits.data : trace->job->gbuffer->coverage;
+    double error = 0.0, sum = 0.0, values = 0.0;
+    for (size_t i = 0; i < pixels; ++i) {
+        if (!(covered[i] > 0.0f)) continue;
+        values += 3.0;
+        for (size_t k = 3 * i; k < 3 * i + 3; ++k) {
+            error += (double)film->spread.data[k];
+            sum += (double)film->radiance.data[k];
+        }
     }
+    error = sqrt(error * variance_scale(n, trace->block) * values);
     return sum > 0.0 ? error * n / sum : 0.0;
 }
 

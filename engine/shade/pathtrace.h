@@ -24,14 +24,16 @@
  * is that of radiance * coverage, what the pixel receives. Fewer than two blocks tell
  * nothing: with one sample there is no variance image.
  *
- * Noise. With var over all pixels p and channels c,
+ * Noise. With means over the channels of all pixels that something covers,
  *
- *     noise = sum_pc sqrt(var_pc) / sum_pc radiance_pc coverage_p
+ *     noise = sqrt(mean(var)) / mean(radiance * coverage)
  *
- * the mean standard error over the mean. Asked for (job->noise > 0), it is looked at after
- * each block from the eighth on, and the picture is done when it is below. The samples are
- * then those of a picture of `spp`, broken off: a target that is never reached gives the
- * picture without one.
+ * the error of the picture that is to be expected (root mean square) over its mean. The
+ * mean of the roots would be less: where light is rare, most pixels have not met it yet
+ * and do not know of it; those that have speak for them here. Asked for (job->noise > 0),
+ * it is looked at after each block from the eighth on, and the picture is done when it is
+ * below. The samples are then those of a picture of `spp`, broken off: a target that is
+ * never reached gives the picture without one.
  */
 #ifndef PBNDS_ENGINE_SHADE_PATHTRACE_H
 #define PBNDS_ENGINE_SHADE_PATHTRACE_H

@@ -109,7 +109,7 @@ static inline double brute_alpha(const struct pbnds_material *m)
 static inline struct brute_hit brute_closest(const struct brute *b, struct brute3 o,
                                              struct brute3 d, struct pbnds_rng *rng)
 {
-    struct brute_hit best = {.t = INFINITY, .mesh = -1};
+    struct brute_hit best = {.t = (double)INFINITY, .mesh = -1};
     for (int m = 0; m < b->scene->mesh_count; ++m) {
         const struct pbnds_mesh *mesh = &b->scene->meshes[m];
         const double alpha = brute_alpha(&b->scene->materials[mesh->material]);
@@ -175,7 +175,7 @@ static inline double brute_light(const struct pbnds_light *light, struct brute3 
 {
     const struct brute3 zero = {{0, 0, 0}}, axis = brute3_of(light->direction);
     *wi = brute3_sub(zero, axis);
-    *distance = INFINITY;
+    *distance = (double)INFINITY;
     if (light->kind == PBNDS_LIGHT_DIRECTIONAL) return 1.0;
     const struct brute3 way = brute3_sub(brute3_of(light->position), p);
     const double d2 = brute3_dot(way, way), range = (double)light->range;
