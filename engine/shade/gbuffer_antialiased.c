@@ -472,6 +472,7 @@ enum pbnds_status pbnds_gbuffer_raycast_antialiased(
     }
     free(pattern);
     free(crypto);
+    if (pbnds_stop_requested()) return pbnds_fail_interrupted(error);
     if (ok) return PBNDS_OK;
     return pbnds_fail(error, PBNDS_ERROR_MEMORY,
                       "no memory to cast %d rays a pixel; use fewer", samples);

@@ -38,8 +38,7 @@ bool pbnds_raycast_is_antialiased(const struct pbnds_accel *accel,
                                   const struct pbnds_raycast_options *options);
 /** Fills every plane of a G-buffer that was allocated and knows its camera and samples;
  *  makes the Cryptomatte. The sum over the layers of a ray through BLEND surfaces stops
- *  where less than 1/1000 of it is left, and at 64 layers. Errors: MEMORY; a stop that
- *  was asked for is the caller's to see. */
+ *  where less than 1/1000 of it is left, and at 64 layers. Errors: MEMORY, INTERRUPTED. */
 enum pbnds_status pbnds_gbuffer_raycast_antialiased(
     const struct pbnds_scene *scene, const struct pbnds_accel *accel,
     const struct pbnds_raycast_options *options, struct pbnds_gbuffer *gbuffer,

@@ -400,6 +400,26 @@ static void motion_of_mesh_and_camera(void **state)
     fixture_free(&f);
 }
 
+/* Last: the flag stays up. */
+static void a_stop_leaves_nothing(void **state)
+{
+    (void)state;
+    struct fixture f;
+    make_spheres(&f);
+    const struct pbnds_camera camera = square_on();
+    const struct pbnds_raycast_options options = {
+        .samples = 3, .optional = PBNDS_OPTIONAL_CRYPTOMATTE};
+    struct pbnds_gbuffer g;
+    struct pbnds_error error;
+    pbnds_request_stop();
+    assert_int_equal(
+        pbnds_gbuffer_raycast(&f.scene, f.accel, &camera, 64, 64, &options, &g, &error),
+        PBNDS_ERROR_INTERRUPTED);
+    assert_null(g.storage);
+    assert_null(g.cryptomatte);
+    fixture_free(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -412,6 +432,7 @@ int main(void)
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(means_keep_the_contract),
         cmocka_unit_test(motion_of_mesh_and_camera),
+        cmocka_unit_test(a_stop_leaves_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
