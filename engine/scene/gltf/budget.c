@@ -48,7 +48,7 @@ enum pbnds_status pbnds_gltf_work(struct pbnds_gltf_load_state *g, uint64_t coun
             g->name, (unsigned long long)(limit >> 20));
     }
     g->work_bytes += count * size;
-    return PBNDS_OK;
+    return pbnds_stop_requested() ? pbnds_fail_interrupted(g->error) : PBNDS_OK;
 }
 
 static uint64_t count_of(const struct pbnds_gltf_document *d, int64_t accessor)

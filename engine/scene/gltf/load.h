@@ -158,7 +158,7 @@ enum pbnds_status pbnds_gltf_charge(struct pbnds_gltf_load_state *g, uint64_t co
 /** Gives back what was charged and is free again. */
 void pbnds_gltf_refund(struct pbnds_gltf_load_state *g, uint64_t count, uint64_t size);
 /** Notes that count * size bytes of the file are about to be read. Errors: MEMORY, where
- *  a file asks for the same too often. */
+ *  a file asks for the same too often; INTERRUPTED. */
 enum pbnds_status pbnds_gltf_work(struct pbnds_gltf_load_state *g, uint64_t count,
                                   uint64_t size) PBNDS_NODISCARD;
 /** Room for every mesh, camera, light and object of the scene. A file that asks for more
