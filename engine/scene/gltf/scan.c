@@ -297,14 +297,35 @@ static size_t put_utf8(char *out, unsigned code)
         out[1] = (char)(0x80 | (code & 0x3f));
         return 2;
     }
-    out[0] = (char)(0xe0 | code >> 12);
-    out[1] = (char)(0x80 | (code >> 6 & 0x3f));
-    out[2] = (char)(0x80 | (code & 0x3f));
-    return 3;
+    if (code < 0x10000) {
+        out[0] = (char)(0xe0 | code >> 12);
+        out[1] = (char)(0x80 | (code >> 6 & 0x3f));
+        out[2] = (char)(0x80 | (code & 0x3f));
+        return 3;
+    }
+    out[0] = (char)(0xf0 | code >> 18);
+    out[1] = (char)(0x80 | (code >> 12 & 0x3f));
+    out[2] = (char)(0x80 | (code >> 6 & 0x3f));
+    out[3] = (char)(0x80 | (code & 0x3f));
+    return 4;
 }
 
-/** A JSON string without its escapes, malloc'd: never longer than its source. Surrogate
- *  pairs stay two code units: such a name is not found, which is all that happens. */
+/** The character whose four hexadecimal digits are at `p`, `left` bytes before the end; with
+ * the escape behind it where two surrogates make one (RFC 8259, section 7). *used: bytes. */
+static unsigned escaped(const char *p, size_t left, size_t *used)
+{
+    const unsigned high = hex4(p);
+    *used = 4;
+    if (high < 0xd800 || high > 0xdbff || left < 10 || p[4] != '\\' || p[5] != 'u') {
+        return high;
+    }
+    const unsigned low = hex4(p + 6);
+    if (low < 0xdc00 || low > 0xdfff) return high;
+    *used = 10;
+    return 0x10000 + ((high - 0xd800) << 10) + (low - 0xdc00);
+}
+
+/** A JSON string without its escapes, malloc'd: never longer than its source. */
 static char *unescape(const char *text, size_t size)
 {
     char *out = malloc(size + 1);
@@ -314,8 +335,9 @@ static char *unescape(const char *text, size_t size)
         if (c == '\\' && i + 1 < size) {
             c = text[++i];
             if (c == 'u' && i + 4 < size) {
-                n += put_utf8(out + n, hex4(text + i + 1));
-                i += 4;
+                size_t used = 0;
+                n += put_utf8(out + n, escaped(text + i + 1, size - i - 1, &used));
+                i += used;
                 continue;
             }
             static const char from[] = "bfnrt", to[] = "\b\f\n\r\t";

@@ -233,6 +233,28 @@ static void the_option_opens_files_and_nothing_else(void **state)
     assert_non_null(strstr(fault.message, "144")); /* it was read: three bytes */
 }
 
+static void names_may_be_of_any_letters(void **state)
+{
+    (void)state;
+    static const char *const files[] = {CELL "/\xc3\xa9.bin",
+                                        CELL "/\xf0\x9f\x98\x80.bin"};
+    for (size_t i = 0; i < 2; ++i) {
+        assert_int_equal(pbnds_file_write(files[i], &square, sizeof square, &fault),
+                         PBNDS_OK);
+    }
+    static const char *const uris[] = {"\xc3\xa9.bin",       "\\u00e9.bin",
+                                       "%C3%A9.bin",         "\xf0\x9f\x98\x80.bin",
+                                       "\\ud83d\\uDE00.bin", "%f0%9f%98%80.bin"};
+    for (size_t i = 0; i < sizeof uris / sizeof uris[0]; ++i) {
+        if (load_buffer(uris[i], NULL) != PBNDS_OK) fail_msg("%s", fault.message);
+    }
+    static const char *const halves[] = {"\\ud83d.bin", "\\ude00.bin",
+                                         "\\ud83d\\u0041.bin", "\\ud83d", "\\u"};
+    for (size_t i = 0; i < sizeof halves / sizeof halves[0]; ++i) {
+        assert_int_not_equal(load_buffer(halves[i], NULL), PBNDS_OK);
+    }
+}
+
 static void a_file_may_not_be_too_large(void **state)
 {
     (void)state;
@@ -257,6 +279,7 @@ int main(void)
         cmocka_unit_test(every_way_out_is_closed),
         cmocka_unit_test(a_swapped_link_gives_nothing),
         cmocka_unit_test(the_option_opens_files_and_nothing_else),
+        cmocka_unit_test(names_may_be_of_any_letters),
         cmocka_unit_test(a_file_may_not_be_too_large),
     };
     return cmocka_run_group_tests(tests, build, NULL);
