@@ -4,18 +4,34 @@
 #include "tools/facts.h"
 #include "tools/world.h"
 
-/** What a file may be asked for: a list of names. */
-static cJSON *add_items(cJSON *facts, const char *key,
-                        const struct pbnds_gltf_item *items, size_t count,
-                        const char *number)
+/* Items are kept as they are made: cJSON counts through a list to find one again, and a
+ * hostile file has many. */
+
+static cJSON *add_item(cJSON *list, const struct pbnds_gltf_item *from)
 {
-    cJSON *list = cJSON_AddArrayToObject(facts, key);
-    for (size_t i = 0; i < count; ++i) {
-        cJSON *item = tool_add_item(list);
-        tool_add_text(item, "name", items[i].name);
-        if (number) tool_add_number(item, number, (double)items[i].count);
+    cJSON *item = tool_add_item(list);
+    tool_add_text(item, "name", from->name);
+    return item;
+}
+
+static void add_scenes(const struct pbnds_gltf_contents *c, cJSON *facts)
+{
+    cJSON *list = cJSON_AddArrayToObject(facts, "scenes");
+    for (size_t i = 0; i < c->scene_count; ++i) {
+        cJSON *item = add_item(list, &c->scenes[i]);
+        tool_add_number(item, "roots", (double)c->scenes[i].count);
+        if (i == c->default_scene) (void)cJSON_AddTrueToObject(item, "default");
     }
-    return list;
+}
+
+static void add_animations(const struct pbnds_gltf_contents *c, cJSON *facts)
+{
+    cJSON *list = cJSON_AddArrayToObject(facts, "animations");
+    for (size_t i = 0; i < c->animation_count; ++i) {
+        cJSON *item = add_item(list, &c->animations[i]);
+        tool_add_number(item, "channels", (double)c->animations[i].count);
+        tool_add_float(item, "seconds", (float)c->animations[i].seconds);
+    }
 }
 
 static enum pbnds_status add_contents(const char *path,
@@ -24,19 +40,16 @@ static enum pbnds_status add_contents(const char *path,
 {
     struct pbnds_gltf_contents c;
     PBNDS_TRY(pbnds_gltf_list(path, options, &c, error));
-    cJSON *scenes = add_items(facts, "scenes", c.scenes, c.scene_count, "roots");
-    if (c.scene_count) {
-        cJSON *chosen = cJSON_GetArrayItem(scenes, (int)c.default_scene);
-        (void)cJSON_AddTrueToObject(chosen, "default");
+    add_scenes(&c, facts);
+    add_animations(&c, facts);
+    cJSON *variants = cJSON_AddArrayToObject(facts, "variants");
+    for (size_t i = 0; i < c.variant_count; ++i)
+        (void)add_item(variants, &c.variants[i]);
+    cJSON *skins = cJSON_AddArrayToObject(facts, "skins");
+    for (size_t i = 0; i < c.skin_count; ++i) {
+        cJSON *item = add_item(skins, &c.skins[i]);
+        tool_add_number(item, "joints", (double)c.skins[i].count);
     }
-    cJSON *list =
-        add_items(facts, "animations", c.animations, c.animation_count, "channels");
-    cJSON *item = list ? list->child : NULL; /* by number it would take the square */
-    for (size_t i = 0; i < c.animation_count && item; ++i, item = item->next) {
-        tool_add_float(item, "seconds", (float)c.animations[i].seconds);
-    }
-    (void)add_items(facts, "variants", c.variants, c.variant_count, NULL);
-    (void)add_items(facts, "skins", c.skins, c.skin_count, "joints");
     pbnds_gltf_contents_free(&c);
     return PBNDS_OK;
 }

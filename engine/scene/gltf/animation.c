@@ -90,7 +90,6 @@ static enum pbnds_status find_keys(struct pbnds_gltf_load_state *g,
     double before = 0.0, after = 0.0;
     *keys = (struct keys){.exact = true};
     PBNDS_TRY(time_of(g, input, 0, &before));
-    if (!(time > before)) return PBNDS_OK;
     while (high - low > 1) {
         const uint64_t middle = low + (high - low) / 2;
         double at = 0.0;

@@ -112,6 +112,7 @@ enum pbnds_status pbnds_gltf_make_room(struct pbnds_gltf_load_state *g)
         needs.cameras += n->camera >= 0;
         needs.lights += n->light >= 0;
     }
+    PBNDS_TRY(pbnds_gltf_charge(g, needs.meshes, sizeof *s->meshes));
     s->meshes = calloc((size_t)needs.meshes + 1, sizeof *s->meshes);
     s->cameras = calloc((size_t)needs.cameras + 1, sizeof *s->cameras);
     s->lights = calloc((size_t)needs.lights + 1, sizeof *s->lights);

@@ -154,6 +154,7 @@ enum pbnds_status pbnds_gltf_open(struct pbnds_gltf_load_state *g, const void *b
 void pbnds_gltf_close(struct pbnds_gltf_load_state *g)
 {
     pbnds_gltf_free_unpacked(g);
+    pbnds_gltf_free_joints(g); /* before the document, which counts them */
     pbnds_gltf_document_free(&g->doc);
     pbnds_gltf_source_free(&g->source);
     free(g->pose[0].world);

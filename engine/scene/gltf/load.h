@@ -22,6 +22,11 @@ struct pbnds_gltf_pose {
     struct pbnds_mat4 *world; /**< of each node, in the scene or not                  */
 };
 
+/** The joint matrices of a skin in each pose, made when they are first wanted. */
+struct pbnds_gltf_joints {
+    struct pbnds_mat4 *world[2];
+};
+
 /** A load in progress. */
 struct pbnds_gltf_load_state {
     const char *name;
@@ -32,9 +37,10 @@ struct pbnds_gltf_load_state {
     struct pbnds_gltf_document doc;
     struct pbnds_scene *scene;
     const struct pbnds_gltf_animation *animation; /**< NULL: as the nodes say     */
-    struct pbnds_gltf_pose pose[2]; /**< now, and at the earlier time             */
-    int pose_count;                 /**< 2 where motion was asked for             */
-    int64_t *weights_channel;       /**< of the animation, for each node; < 0: none */
+    struct pbnds_gltf_pose pose[2];   /**< now, and at the earlier time             */
+    int pose_count;                   /**< 2 where motion was asked for             */
+    int64_t *weights_channel;         /**< of the animation, for each node; < 0: none */
+    struct pbnds_gltf_joints *joints; /**< of each skin; NULL: none yet           */
     bool *in_scene;          /**< node belongs to the scene that is loaded        */
     uint64_t geometry_bytes; /**< that are in use now, against max_geometry       */
     uint64_t max_geometry;
@@ -266,7 +272,7 @@ enum pbnds_status pbnds_gltf_morph(struct pbnds_gltf_build *b) PBNDS_NODISCARD;
 
 /** The influences of a skinned primitive. */
 struct pbnds_gltf_skinning {
-    struct pbnds_mat4 *joints[2]; /**< in each pose                                */
+    const struct pbnds_gltf_joints *joints; /**< borrowed                           */
     size_t joint_count, sets;
     float **index, **weight; /**< `sets` arrays, 4 a vertex of the file            */
 };
@@ -279,6 +285,8 @@ pbnds_gltf_skin_open(struct pbnds_gltf_build *b,
                      struct pbnds_gltf_skinning *skin) PBNDS_NODISCARD;
 void pbnds_gltf_skin_close(struct pbnds_gltf_build *b,
                            struct pbnds_gltf_skinning *skin);
+/** Frees what skins left in g->joints. */
+void pbnds_gltf_free_joints(struct pbnds_gltf_load_state *g);
 /** World transform of vertex `vertex` of the file in pose `pose`. */
 struct pbnds_mat4 pbnds_gltf_skin_matrix(const struct pbnds_gltf_skinning *skin,
                                          int pose, size_t vertex);

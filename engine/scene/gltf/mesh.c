@@ -129,10 +129,12 @@ enum pbnds_status pbnds_gltf_node_meshes(struct pbnds_gltf_load_state *g, size_t
 {
     uint64_t count = 0;
     PBNDS_TRY(pbnds_gltf_instance_count(g, node, &count));
+    PBNDS_TRY(pbnds_gltf_charge(g, count, sizeof(struct pbnds_mat4)));
     struct pbnds_mat4 *local = malloc(((size_t)count + 1) * sizeof *local);
     if (!local) return pbnds_gltf_no_memory(g);
     enum pbnds_status status = pbnds_gltf_instances(g, node, count, local);
     if (status == PBNDS_OK) status = add_primitives(g, node, local, count);
     free(local);
+    pbnds_gltf_refund(g, count, sizeof *local);
     return status;
 }

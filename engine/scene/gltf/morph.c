@@ -16,11 +16,16 @@ struct move {
 static enum pbnds_status add(struct pbnds_gltf_build *b, int64_t accessor,
                              const char *what, const struct move *moves, int count)
 {
+    const struct pbnds_gltf_accessor *a =
+        accessor < 0 ? NULL : &b->g->doc.accessors[accessor];
     float *delta = NULL;
     bool wanted = false;
     for (int i = 0; i < count; ++i)
         wanted = wanted || (moves[i].to && moves[i].weight != 0.0f);
-    if (accessor < 0 || !wanted) return PBNDS_OK;
+    if (!a || !wanted) return PBNDS_OK;
+    const bool zeros = a->view < 0 && !a->sparse && !a->unpacked;
+    if (zeros && a->count == b->file_vertices) return PBNDS_OK;
+    if (pbnds_stop_requested()) return pbnds_fail_interrupted(b->g->error);
     PBNDS_TRY(pbnds_gltf_read_attribute(b, accessor, 3, what, &delta));
     for (int i = 0; i < count; ++i) {
         const struct move *m = &moves[i];

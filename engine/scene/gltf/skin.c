@@ -32,27 +32,53 @@ static enum pbnds_status read_bind(struct pbnds_gltf_load_state *g,
     return pbnds_gltf_read_some(g, a, what, 0, count, *bind);
 }
 
-static enum pbnds_status read_joints(struct pbnds_gltf_load_state *g,
+/** Fills the joint matrices of a skin: many nodes may have the same. */
+static enum pbnds_status make_joints(struct pbnds_gltf_load_state *g,
                                      const struct pbnds_gltf_skin *skin,
-                                     struct pbnds_gltf_skinning *out)
+                                     struct pbnds_gltf_joints *out)
 {
     const size_t count = skin->joints.count;
     float *bind = NULL;
     PBNDS_TRY(pbnds_gltf_work(g, count, 2 * sizeof(struct pbnds_mat4)));
     enum pbnds_status status = read_bind(g, skin, &bind);
     for (int p = 0; p < g->pose_count && status == PBNDS_OK; ++p) {
-        out->joints[p] = malloc((count + 1) * sizeof *out->joints[p]);
-        if (!out->joints[p]) status = pbnds_gltf_no_memory(g);
+        status = pbnds_gltf_charge(g, count, sizeof *out->world[p]);
+        if (status != PBNDS_OK) break;
+        out->world[p] = malloc((count + 1) * sizeof *out->world[p]);
+        if (!out->world[p]) status = pbnds_gltf_no_memory(g);
         for (size_t i = 0; i < count && status == PBNDS_OK; ++i) {
             struct pbnds_mat4 inverse = pbnds_mat4_identity();
             if (bind) memcpy(inverse.m, bind + 16 * i, sizeof inverse.m);
-            out->joints[p][i] =
+            out->world[p][i] =
                 pbnds_mat4_mul(&g->pose[p].world[skin->joints.items[i]], &inverse);
         }
     }
-    out->joint_count = count;
     free(bind);
     return status;
+}
+
+static enum pbnds_status find_joints(struct pbnds_gltf_load_state *g, int64_t skin,
+                                     struct pbnds_gltf_skinning *out)
+{
+    if (!g->joints) {
+        g->joints = calloc(g->doc.skin_count + 1, sizeof *g->joints);
+        if (!g->joints) return pbnds_gltf_no_memory(g);
+    }
+    struct pbnds_gltf_joints *joints = &g->joints[skin];
+    if (!joints->world[0]) PBNDS_TRY(make_joints(g, &g->doc.skins[skin], joints));
+    out->joints = joints;
+    out->joint_count = g->doc.skins[skin].joints.count;
+    return PBNDS_OK;
+}
+
+void pbnds_gltf_free_joints(struct pbnds_gltf_load_state *g)
+{
+    for (size_t i = 0; g->joints && i < g->doc.skin_count; ++i) {
+        free(g->joints[i].world[0]);
+        free(g->joints[i].world[1]);
+    }
+    free(g->joints);
+    g->joints = NULL;
 }
 
 static enum pbnds_status read_set(struct pbnds_gltf_build *b, size_t set,
@@ -84,7 +110,7 @@ enum pbnds_status pbnds_gltf_skin_open(struct pbnds_gltf_build *b,
     skin->index = calloc(sets + 1, sizeof *skin->index);
     skin->weight = calloc(sets + 1, sizeof *skin->weight);
     if (!skin->index || !skin->weight) return pbnds_gltf_no_memory(g);
-    PBNDS_TRY(read_joints(g, &g->doc.skins[g->doc.nodes[b->node].skin], skin));
+    PBNDS_TRY(find_joints(g, g->doc.nodes[b->node].skin, skin));
     for (size_t i = 0; i < sets; ++i)
         PBNDS_TRY(read_set(b, i, skin));
     return PBNDS_OK;
@@ -103,8 +129,6 @@ void pbnds_gltf_skin_close(struct pbnds_gltf_build *b, struct pbnds_gltf_skinnin
     }
     free(skin->index);
     free(skin->weight);
-    free(skin->joints[0]);
-    free(skin->joints[1]);
     *skin = (struct pbnds_gltf_skinning){0};
 }
 
@@ -118,7 +142,7 @@ struct pbnds_mat4 pbnds_gltf_skin_matrix(const struct pbnds_gltf_skinning *skin,
         const float weight = skin->weight[i / 4][at];
         if (!(weight > 0.0f)) continue;
         const struct pbnds_mat4 *joint =
-            &skin->joints[pose][(size_t)skin->index[i / 4][at]];
+            &skin->joints->world[pose][(size_t)skin->index[i / 4][at]];
         for (int k = 0; k < 16; ++k)
             sum.m[k] += weight * joint->m[k];
         total += weight;

@@ -139,6 +139,15 @@ static void a_budget_is_kept(void **state)
     assert_int_equal(load_instances(&b, "\"TRANSLATION\":4", "", NULL, &s),
                      PBNDS_ERROR_MEMORY);
     assert_non_null(strstr(fault.message, "8192 MiB"));
+    /* The same of a mesh that has nothing but lines, and so few that each is small. */
+    assert_int_equal(load_built(&b,
+                                "\"nodes\":[{\"mesh\":0,\"extensions\":{"
+                                "\"EXT_mesh_gpu_instancing\":{\"attributes\":{"
+                                "\"TRANSLATION\":4}}}}],\"meshes\":[{\"primitives\":[{"
+                                "\"mode\":1,\"attributes\":{\"POSITION\":0}}]}]",
+                                &(struct pbnds_gltf_options){.max_geometry = 1u << 30},
+                                &s),
+                     PBNDS_ERROR_MEMORY);
     /* Three squares of two primitives: 96 + 24 and 48 + 24 bytes. What is asked for is
      * seen before and while it is built. */
     static const float numbers[9] = {0};
