@@ -12,13 +12,17 @@
 #include "scenes/generator/layout.h"
 #include "scenes/generator/sky.h"
 #include "scenes/generator/still.h"
+#include "scenes/generator/trial.h"
 
 static const char USAGE[] =
-    "usage: pbnds_make_scenes -o DIR [--count N] [--skies N] [--shipped] [options]\n"
+    "usage: pbnds_make_scenes -o DIR [--count N] [--skies N] [--shipped] [--trial] "
+    "[options]\n"
     "  -o DIR       folder for the files (made when missing)\n"
     "  --count N    writes N random worlds, world_00000.glb ...\n"
     "  --skies N    writes N random light maps, sky_00000.hdr ... (256x128)\n"
     "  --shipped    writes still_life.glb, spheres.glb, sky.hdr, chart.glb, chart.hdr\n"
+    "  --trial      writes emitters.glb, lamps.glb and panes.glb, to compare "
+    "renderers\n"
     "  --seed S     seed of all random choices (default 1)\n"
     "  --first I    number of the first file (default 0); file I is the same in any "
     "run\n"
@@ -29,7 +33,7 @@ enum { SKY_WIDTH = 256, SKY_HEIGHT = 128 };
 struct options {
     const char *folder;
     uint64_t count, skies, seed, first;
-    int shipped;
+    int shipped, trial;
 };
 
 /* One file of a batch: i-th, under its name. */
@@ -158,6 +162,11 @@ static enum pbnds_status run(const struct options *o, struct pbnds_error *error)
     PBNDS_TRY(pbnds_make_folder(o->folder, error));
     PBNDS_TRY(write_many(&worlds, (size_t)o->count, error));
     PBNDS_TRY(write_many(&skies, (size_t)o->skies, error));
+    if (o->trial) {
+        PBNDS_TRY(write_scene(o->folder, "emitters.glb", gen_emitters, error));
+        PBNDS_TRY(write_scene(o->folder, "lamps.glb", gen_lamps, error));
+        PBNDS_TRY(write_scene(o->folder, "panes.glb", gen_panes, error));
+    }
     if (!o->shipped) return PBNDS_OK;
     PBNDS_TRY(write_scene(o->folder, "still_life.glb", gen_still_life, error));
     PBNDS_TRY(write_scene(o->folder, "spheres.glb", gen_sphere_grid, error));
@@ -191,6 +200,10 @@ static struct options parse(int argc, char **argv)
         }
         if (strcmp(option, "--shipped") == 0) {
             o.shipped = 1;
+            continue;
+        }
+        if (strcmp(option, "--trial") == 0) {
+            o.trial = 1;
             continue;
         }
         if (strcmp(option, "-o") == 0 && value) {
