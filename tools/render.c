@@ -19,8 +19,10 @@ const struct tool_command tool_render = {
     .details =
         "SCENE is a .gltf or .glb file. OUT.exr holds linear radiance (R, G, B, with A "
         "the\n"
-        "coverage) and every channel of the G-buffer; OUT.png is the tone-mapped "
-        "preview.\n\n"
+        "coverage) and every channel of the G-buffer, of the reference also the "
+        "variance\n"
+        "of its mean (variance.R, .G, .B); OUT.png is the tone-mapped preview. With\n"
+        "--noise the reference takes at most --spp samples a pixel (default 4096).\n\n"
         "  pbnds render scene.glb -o out.exr --env studio.hdr --preview out.png\n"
         "  pbnds render scene.glb -o out.png --shader reference --spp 256 --size "
         "640x480\n"
