@@ -6,7 +6,7 @@
 static void a_room_with_a_panel_of_light(void **state)
 {
     (void)state;
-    struct z_scene z = {.naive_samples = 10000, .spp = 1024, .most_error = 0.03};
+    struct z_scene z = {.naive_samples = 10000, .spp = 1024, .most_error = 0.04};
     struct pbnds_material m[5] = {matte(0.85f), matte(0.8f), matte(0.7f), matte(0.0f),
                                   matte(0.6f)};
     m[1].metallic = 1.0f;
