@@ -103,12 +103,15 @@ static void load(const uint8_t *data, size_t size,
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    const struct pbnds_gltf_options plain = fuzz_options(), all = fuzz_options_all();
-    struct pbnds_gltf_options posed = plain;
-    posed.posed = true;
-    posed.time = 1e6;
+    const struct pbnds_gltf_options plain = fuzz_options(),
+                                    moving = fuzz_options_moving(),
+                                    variant = fuzz_options_variant();
+    struct pbnds_gltf_options late = plain;
+    late.posed = true;
+    late.time = 1e6;
     load(data, size, &plain);
-    load(data, size, &posed);
-    load(data, size, &all);
+    load(data, size, &late);
+    load(data, size, &moving);
+    load(data, size, &variant);
     return 0;
 }

@@ -1,9 +1,10 @@
-/* libFuzzer target: what loads is cast into a G-buffer. Geometry and materials of any
- * kind must give a picture that keeps the contract. Uses the corpus of fuzz_gltf. */
+/* libFuzzer target: what loads is cast into a G-buffer and shaded. Geometry, materials
+ * and lights of any kind must give planes that keep the contract and finite light. Uses
+ * the corpus of fuzz_gltf. */
 #include <math.h>
 #include <stdlib.h>
 
-#include "engine/shade/gbuffer.h"
+#include "engine/shade/shader.h"
 #include "tests/fuzz/gltf_input.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -33,6 +34,45 @@ static void check(const struct pbnds_gbuffer *g)
     }
 }
 
+/** A light map of two rows, a bright sky over a dim ground. */
+static struct pbnds_envmap *sky(void)
+{
+    static struct pbnds_envmap *map;
+    struct pbnds_image image;
+    struct pbnds_error error;
+    if (map || pbnds_image_init(&image, 4, 2, 3, &error) != PBNDS_OK) return map;
+    for (size_t i = 0; i < (size_t)4 * 2 * 3; ++i)
+        image.data[i] = i < 12 ? 2.0f : 0.25f;
+    if (pbnds_envmap_create(&image, PBNDS_ENV_GLTF, 0.0f, 1.0f, &map, &error) !=
+        PBNDS_OK)
+        map = NULL;
+    pbnds_image_free(&image);
+    return map; /* for as long as the process runs */
+}
+
+static void shade(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
+                  const struct pbnds_gbuffer *g)
+{
+    static const char *const names[] = {"blinn-phong", "ggx", "reference"};
+    for (size_t k = 0; k < sizeof names / sizeof names[0]; ++k) {
+        const struct pbnds_shade_job job = {.gbuffer = g,
+                                            .envmap = sky(),
+                                            .scene = scene,
+                                            .accel = accel,
+                                            .spp = 2,
+                                            .lights = 4,
+                                            .shadows = -1};
+        struct pbnds_image radiance;
+        struct pbnds_error error;
+        if (pbnds_shade(pbnds_shader_find(names[k]), &job, &radiance, &error) !=
+            PBNDS_OK)
+            continue;
+        for (size_t i = 0; i < (size_t)SIDE * SIDE * 3; ++i)
+            demand(radiance.data[i] >= 0.0f && isfinite(radiance.data[i]));
+        pbnds_image_free(&radiance);
+    }
+}
+
 static void cast(const struct pbnds_scene *scene,
                  const struct pbnds_raycast_options *options)
 {
@@ -47,6 +87,7 @@ static void cast(const struct pbnds_scene *scene,
     if (pbnds_gbuffer_raycast(scene, accel, &camera, SIDE, SIDE, options, &g, &error) ==
         PBNDS_OK) {
         check(&g);
+        shade(scene, accel, &g);
         pbnds_gbuffer_free(&g);
     }
     pbnds_accel_free(accel);
@@ -54,7 +95,8 @@ static void cast(const struct pbnds_scene *scene,
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    const struct pbnds_gltf_options options = fuzz_options_all();
+    const struct pbnds_gltf_options plain = fuzz_options(),
+                                    moving = fuzz_options_moving();
     struct pbnds_scene scene;
     struct pbnds_raycast_options cases[2] = {
         {.samples = 1, .through = PBNDS_THROUGH_FIRST},
@@ -62,10 +104,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                      PBNDS_OPTIONAL_MATERIAL_ID | PBNDS_OPTIONAL_CRYPTOMATTE,
          .samples = 3,
          .through = PBNDS_THROUGH_ALPHA}};
-    if (fuzz_load(data, size, &options, &scene) == PBNDS_OK &&
-        scene.triangle_count > 0 && scene.triangle_count < 5000) {
-        cases[1].previous_camera = scene.previous_cameras;
-        if (scene.camera_count == 0) cases[1].previous_camera = NULL;
+    enum pbnds_status status = fuzz_load(data, size, &moving, &scene);
+    if (status != PBNDS_OK) status = fuzz_load(data, size, &plain, &scene);
+    if (status == PBNDS_OK && scene.triangle_count > 0 && scene.triangle_count < 5000) {
+        if (scene.camera_count) cases[1].previous_camera = scene.previous_cameras;
         cast(&scene, &cases[0]);
         cast(&scene, &cases[1]);
     }

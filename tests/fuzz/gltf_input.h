@@ -15,17 +15,24 @@ static inline struct pbnds_gltf_options fuzz_options(void)
                                        .max_image_side = 2048};
 }
 
-/** The same, with everything asked for that a file can have. */
-static inline struct pbnds_gltf_options fuzz_options_all(void)
+/** The same, moving: for files that have an animation. */
+static inline struct pbnds_gltf_options fuzz_options_moving(void)
 {
     struct pbnds_gltf_options options = fuzz_options();
-    options.scene = "0";
-    options.variant = "0";
     options.animation = "0";
     options.posed = true;
     options.time = 0.7;
     options.motion = true;
     options.earlier = 0.2;
+    return options;
+}
+
+/** The same, in another guise: for files that have variants. */
+static inline struct pbnds_gltf_options fuzz_options_variant(void)
+{
+    struct pbnds_gltf_options options = fuzz_options();
+    options.scene = "0";
+    options.variant = "0";
     options.allow_external = true;
     return options;
 }
