@@ -12,6 +12,34 @@ struct pbnds_vec3 pbnds_gltf_direction(struct pbnds_vec3 v)
                                               : pbnds_splat(0.0f);
 }
 
+/** Twice the area of a triangle times its normal. */
+static struct pbnds_vec3 face_area(const struct pbnds_mesh *m, const uint32_t *t)
+{
+    const struct pbnds_vec3 a = m->position[t[0]];
+    return pbnds_cross(pbnds_sub(m->position[t[1]], a),
+                       pbnds_sub(m->position[t[2]], a));
+}
+
+/** Where a tangent has no direction it gets any that goes with the normal; of the face
+ *  where the mesh has no normals. */
+static void repair_tangents(struct pbnds_mesh *m)
+{
+    for (size_t i = 0; i < m->vertex_count + 3 * m->triangle_count; ++i) {
+        /* the corners of all faces first, then vertices of none */
+        const bool corner = i < 3 * m->triangle_count;
+        const size_t v = corner ? m->index[i] : i - 3 * m->triangle_count;
+        struct pbnds_vec4 *t = &m->tangent[v];
+        if (t->x != 0.0f || t->y != 0.0f || t->z != 0.0f) continue;
+        struct pbnds_vec3 n = pbnds_splat(0.0f);
+        if (m->normal) n = m->normal[v];
+        if (!m->normal && corner)
+            n = pbnds_gltf_direction(face_area(m, m->index + i - i % 3));
+        if (pbnds_dot(n, n) == 0.0f) n = pbnds_vec3_make(0, 1, 0);
+        const struct pbnds_vec3 any = pbnds_frame_from_normal(n).t;
+        *t = (struct pbnds_vec4){any.x, any.y, any.z, t->w};
+    }
+}
+
 enum pbnds_status pbnds_gltf_mesh_repair(struct pbnds_gltf_load_state *g,
                                          struct pbnds_mesh *m)
 {
@@ -23,10 +51,7 @@ enum pbnds_status pbnds_gltf_mesh_repair(struct pbnds_gltf_load_state *g,
         struct pbnds_vec3 *mean = calloc(m->vertex_count, sizeof *mean);
         if (!mean) return pbnds_gltf_no_memory(g);
         for (size_t i = 0; i < 3 * m->triangle_count; ++i) {
-            const uint32_t *t = m->index + i - i % 3;
-            const struct pbnds_vec3 a = m->position[t[0]];
-            const struct pbnds_vec3 n = pbnds_cross(pbnds_sub(m->position[t[1]], a),
-                                                    pbnds_sub(m->position[t[2]], a));
+            const struct pbnds_vec3 n = face_area(m, m->index + i - i % 3);
             mean[m->index[i]] = pbnds_add(mean[m->index[i]], n);
         }
         for (size_t i = 0; i < m->vertex_count; ++i) {
@@ -38,12 +63,7 @@ enum pbnds_status pbnds_gltf_mesh_repair(struct pbnds_gltf_load_state *g,
         }
         free(mean);
     }
-    for (size_t i = 0; m->normal && m->tangent && i < m->vertex_count; ++i) {
-        struct pbnds_vec4 *t = &m->tangent[i];
-        if (t->x != 0.0f || t->y != 0.0f || t->z != 0.0f) continue;
-        const struct pbnds_vec3 any = pbnds_frame_from_normal(m->normal[i]).t;
-        *t = (struct pbnds_vec4){any.x, any.y, any.z, t->w};
-    }
+    if (m->tangent) repair_tangents(m);
     return PBNDS_OK;
 }
 
