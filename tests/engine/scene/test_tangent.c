@@ -212,6 +212,30 @@ static void flat_faces_get_tangents_of_their_own(void **state)
     free_mesh(&m);
 }
 
+static void a_hard_edge_keeps_tangents_apart(void **state)
+{
+    (void)state;
+    /* The same roof with the normals of its faces: only they differ along the edge. */
+    static const float position[] = {-1, 0, -1, 0, 0, 0,  0, 1, 0,
+                                     0,  0, 0,  1, 0, -1, 0, 1, 0};
+    static const float uv[] = {0, 1, 0.5f, 1, 0.5f, 0, 0.5f, 1, 1, 1, 0.5f, 0};
+    static const uint32_t index[] = {0, 1, 2, 3, 4, 5};
+    const float h = sqrtf(0.5f);
+    struct pbnds_mesh m = {.vertex_count = 6, .triangle_count = 2};
+    m.position = own(position, 6, sizeof *m.position);
+    m.uv[0] = own(uv, 6, sizeof *m.uv[0]);
+    m.index = own(index, 6, sizeof *m.index);
+    m.normal = malloc(6 * sizeof *m.normal);
+    for (int i = 0; i < 6; ++i)
+        m.normal[i] = pbnds_vec3_make(i < 3 ? -h : h, 0, h);
+    assert_int_equal(pbnds_mesh_tangents(&m, 0, NULL, "roof", &fault), PBNDS_OK);
+    for (int i = 0; i < 6; ++i) {
+        const float along[3] = {h, 0, i < 3 ? h : -h};
+        assert_near(distance(m.tangent[i], along), 0, 1e-6);
+    }
+    free_mesh(&m);
+}
+
 static void many_faces_at_one_vertex_take_no_time(void **state)
 {
     (void)state;
@@ -236,6 +260,11 @@ static void many_faces_at_one_vertex_take_no_time(void **state)
     }
     assert_int_equal(pbnds_mesh_tangents(&m, 0, NULL, "fan", &fault), PBNDS_OK);
     assert_true(m.vertex_count > 2 * FACES + FACES / 2);
+    for (uint32_t i = 0; i < FACES; ++i) {
+        const struct pbnds_vec3 u = m.position[m.index[3 * i + 1]];
+        const float along[3] = {u.x, u.y, u.z};
+        assert_near(distance(m.tangent[m.index[3 * i]], along), 0, 1e-3);
+    }
     free_mesh(&m);
 }
 
@@ -273,6 +302,7 @@ int main(void)
         cmocka_unit_test(the_order_of_triangles_does_not_matter),
         cmocka_unit_test(shared_or_not_the_tangents_are_the_same),
         cmocka_unit_test(flat_faces_get_tangents_of_their_own),
+        cmocka_unit_test(a_hard_edge_keeps_tangents_apart),
         cmocka_unit_test(many_faces_at_one_vertex_take_no_time),
         cmocka_unit_test(tangents_agree_with_a_baked_model),
     };

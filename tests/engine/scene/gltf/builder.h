@@ -25,7 +25,7 @@ static inline void append(char *list, size_t size, const char *text)
 static inline int add(struct builder *b, const void *data, size_t size, int component,
                       const char *type, size_t count, const char *more)
 {
-    char text[300];
+    char text[600];
     b->size = (b->size + 3) / 4 * 4;
     assert_true(b->size + size <= sizeof b->bin);
     memcpy(b->bin + b->size, data, size);

@@ -72,6 +72,36 @@ static void linear_and_step_hold_at_the_ends(void **state)
     }
 }
 
+/** Times and places of which the file overwrites some: only those around the time are read,
+ *  wherever the overwritten ones are. */
+static void keys_may_be_sparse(void **state)
+{
+    (void)state;
+    static const float times[] = {0, 9, 2, 3, 4}, places[15] = {0}, one[] = {1};
+    static const float moved[] = {10, 20, 30, 40, 50, 60};
+    static const uint8_t where[] = {1, 3};
+    struct builder b = build_square();
+    char more[300];
+    const int at = add(&b, where, 2, UBYTE, "SCALAR", 2, "");
+    const int t1 = add_floats(&b, one, 1, 1), values = add_floats(&b, moved, 2, 3);
+    static const char sparse[] =
+        ",\"sparse\":{\"count\":%d,\"indices\":{\"bufferView\":%d,\"componentType\":"
+        "5121},\"values\":{\"bufferView\":%d}}";
+    (void)snprintf(more, sizeof more, sparse, 1, at, t1);
+    const int input = add(&b, times, 20, FLOAT, "SCALAR", 5, more);
+    (void)snprintf(more, sizeof more, sparse, 2, at, values);
+    const int output = add(&b, places, 60, FLOAT, "VEC3", 5, more);
+    static const double expected[5][3] = {
+        {0, 0, 0}, {10, 20, 30}, {0, 0, 0}, {40, 50, 60}, {0, 0, 0}};
+    for (int i = 0; i < 16; ++i) {
+        const double *from = expected[i / 4], *to = expected[i / 4 + 1];
+        const double f = (i % 4) / 4.0;
+        assert_vec3(origin_at(&b, input, output, "", i / 4.0),
+                    from[0] + f * (to[0] - from[0]), from[1] + f * (to[1] - from[1]),
+                    from[2] + f * (to[2] - from[2]), 1e-4);
+    }
+}
+
 /* A cubic polynomial is its own Hermite spline: f(t) = t^3 - 2 t^2 + t + 5 and its
  * derivative at keys that are not one second apart. */
 static double cubic(double t)
@@ -386,6 +416,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(linear_and_step_hold_at_the_ends),
+        cmocka_unit_test(keys_may_be_sparse),
         cmocka_unit_test(a_cubic_spline_is_a_cubic),
         cmocka_unit_test(rotations_take_the_shorter_way),
         cmocka_unit_test(a_spline_of_rotations_stays_unit),

@@ -44,9 +44,10 @@ static void instances_are_placed(void **state)
                        "\"TRANSLATION\":%d,\"ROTATION\":%d,\"SCALE\":%d,\"_ID\":0", t,
                        r, s3);
         struct pbnds_scene s;
-        assert_int_equal(
-            load_instances(&b, attributes, ",\"translation\":[0,0,9]", NULL, &s),
-            PBNDS_OK);
+        assert_int_equal(load_instances(&b, attributes,
+                                        ",\"translation\":[0,0,9],\"scale\":[2,2,1]",
+                                        NULL, &s),
+                         PBNDS_OK);
         assert_int_equal(s.mesh_count, 6); /* two primitives, three times each */
         assert_int_equal(s.triangle_count, 12);
         for (int i = 0; i < 6; ++i) {
@@ -56,12 +57,12 @@ static void instances_are_placed(void **state)
             const struct pbnds_vec3 face = pbnds_normalize(face_normal(m, 1));
             assert_vec3(face, 0, 0, 1, 1e-5);           /* the mirrored one too */
             const struct pbnds_vec3 p = m->position[2]; /* (1, 1, 0) of the square */
-            if (i % 3 == 0) assert_vec3(p, 1, 1, 9, 1e-5);
-            if (i % 3 == 1) assert_vec3(p, 2, 2, 9, 1e-5); /* (2, 3) turned: (-3, 2) */
-            if (i % 3 == 2) assert_vec3(p, -1, 8, 9, 1e-5);
+            if (i % 3 == 0) assert_vec3(p, 2, 2, 9, 1e-5);
+            if (i % 3 == 1) assert_vec3(p, 4, 4, 9, 1e-5); /* (2, 3) turned: (-3, 2) */
+            if (i % 3 == 2) assert_vec3(p, -2, 16, 9, 1e-5);
         }
-        assert_vec3(s.lo, -1, 0, 9, 1e-5);
-        assert_vec3(s.hi, 5, 8, 9, 1e-5);
+        assert_vec3(s.lo, -2, 0, 9, 1e-5);
+        assert_vec3(s.hi, 10, 16, 9, 1e-5);
         pbnds_scene_free(&s);
     }
 }

@@ -1,7 +1,7 @@
 /* Primitives to triangles in world space. */
 #include <math.h>
 
-#include "tests/engine/scene/gltf/fixture.h"
+#include "tests/engine/scene/gltf/builder.h"
 
 static void a_square_loads(void **state)
 {
@@ -89,6 +89,28 @@ static void a_mirror_flips_tangents(void **state)
     free(b);
     free(c);
     free(d);
+}
+
+/* glTF 2.0, section 3.7.2.1: without normals, tangents are to be ignored. */
+static void tangents_without_normals_are_ignored(void **state)
+{
+    (void)state;
+    static const float tangents[16] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1};
+    struct builder b = build_square();
+    (void)add_floats(&b, tangents, 4, 4);
+    for (int normals = 0; normals < 2; ++normals) {
+        struct pbnds_scene s;
+        must_build(
+            &b,
+            normals ? "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{"
+                      "\"attributes\":{\"POSITION\":0,\"TANGENT\":4,\"NORMAL\":1}}]}]"
+                    : "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{"
+                      "\"attributes\":{\"POSITION\":0,\"TANGENT\":4}}]}]",
+            NULL, &s);
+        assert_int_equal(s.meshes[0].tangent != NULL, normals);
+        assert_int_equal(s.meshes[0].normal != NULL, normals);
+        pbnds_scene_free(&s);
+    }
 }
 
 static void strips_and_fans_keep_their_front(void **state)
@@ -236,6 +258,7 @@ int main(void)
         cmocka_unit_test(a_square_loads),
         cmocka_unit_test(not_indexed_and_without_normals),
         cmocka_unit_test(a_mirror_flips_tangents),
+        cmocka_unit_test(tangents_without_normals_are_ignored),
         cmocka_unit_test(strips_and_fans_keep_their_front),
         cmocka_unit_test(points_and_lines_are_left_out),
         cmocka_unit_test(crushed_normals_are_repaired),
