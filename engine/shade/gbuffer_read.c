@@ -201,7 +201,9 @@ static void read_material(const struct reading *r, size_t i)
     store(g->albedo, i, clamp3(at(r->from.albedo, i), 1.0f));
     g->roughness[i] = unit_value(r->from.roughness, i, 1.0f);
     g->metallic[i] = unit_value(r->from.metallic, i, 0.0f);
-    const float metal = pbnds_luminance(at(r->from.albedo, i));
+    /* of what has been clamped: the file may hold any number */
+    const float metal =
+        fminf(pbnds_luminance(clamp3(at(r->from.albedo, i), 1.0f)), 1.0f);
     g->specular[i] = unit_value(
         r->from.specular, i, 0.04f * (1.0f - g->metallic[i]) + g->metallic[i] * metal);
     if (r->from.emission[0])
