@@ -8,8 +8,12 @@
 struct pbnds_vec3 pbnds_gltf_direction(struct pbnds_vec3 v)
 {
     const float length = pbnds_length(v);
-    return length > 0.0f && length < INFINITY ? pbnds_scale(v, 1.0f / length)
-                                              : pbnds_splat(0.0f);
+    if (length > 1e-15f && length < INFINITY) return pbnds_scale(v, 1.0f / length);
+    /* Squares have left the range of float where the vector has not. */
+    const float most = fmaxf(fabsf(v.x), fmaxf(fabsf(v.y), fabsf(v.z)));
+    if (!(most > 0.0f && most < INFINITY)) return pbnds_splat(0.0f);
+    v = pbnds_vec3_make(v.x / most, v.y / most, v.z / most);
+    return pbnds_scale(v, 1.0f / pbnds_length(v));
 }
 
 /** Twice the area of a triangle times its normal. */
