@@ -4,6 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/scene/maps.h"
+#include "engine/scene/packet.h"
+
 enum { RINGS = 360, COLUMNS = 720, CELLS = 512, MAP = 2048, MAPS = 3 };
 static const float half_side = 3.0f; /* of the ground, metres */
 
@@ -191,5 +194,6 @@ enum pbnds_status tool_bench_scene(struct pbnds_scene *scene,
     camera->world_from_camera = pbnds_mat4_look_at(pbnds_vec3_make(0.6f, 2.3f, 2.1f),
                                                    pbnds_vec3_make(0.0f, 0.8f, 0.0f),
                                                    pbnds_vec3_make(0.0f, 1.0f, 0.0f));
-    return PBNDS_OK;
+    PBNDS_TRY(pbnds_scene_pack(scene, error));
+    return pbnds_scene_prefilter(scene, 0, error);
 }

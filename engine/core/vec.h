@@ -81,9 +81,11 @@ static inline float pbnds_luminance(struct pbnds_vec3 c)
 {
     return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }
+/** lo where x is NaN. By selections, not fminf(): those are library calls. */
 static inline float pbnds_clamp(float x, float lo, float hi)
 {
-    return fminf(fmaxf(x, lo), hi);
+    const float up = x > lo ? x : lo;
+    return up < hi ? up : hi;
 }
 
 /** Orthonormal frame about the unit vector n; local z is n. Duff et al. 2017,

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/core/lanes.h"
 #include "engine/core/parallel.h"
 #include "engine/core/rng.h"
 
@@ -177,6 +178,72 @@ void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
                                    query.hit.geomID[i], query.hit.primID[i]};
         }
     }
+}
+
+/* Copies in full vectors, so that Embree's loads, as wide, find them at once. @return the
+ * lanes that hold a ray to trace, as valid[] says, -1 or 0 */
+PBNDS_LANES_CODE
+static void fill_lanes(struct RTCRayHit16 *query, int *valid,
+                       const struct pbnds_ray_packet *rays)
+{
+    struct RTCRay16 *ray = &query->ray;
+    float *const to[6] = {ray->org_x, ray->org_y, ray->org_z,
+                          ray->dir_x, ray->dir_y, ray->dir_z};
+    float sum[PBNDS_PACKET];
+    int used[PBNDS_PACKET];
+    for (int i = 0; i < PBNDS_PACKET; ++i) /* NaN where one is NaN, and so refused */
+        sum[i] = fabsf(rays->origin[0][i]) + fabsf(rays->origin[1][i]) +
+                 fabsf(rays->origin[2][i]) + fabsf(rays->direction[0][i]) +
+                 fabsf(rays->direction[1][i]) + fabsf(rays->direction[2][i]);
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        used[i] = sum[i] <= LARGEST_COORDINATE ? -1 : 0;
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        valid[i] = used[i];
+    for (int c = 0; c < 6; ++c) {
+        const float *from = c < 3 ? rays->origin[c] : rays->direction[c - 3];
+        const float dummy = c == 5 ? 1.0f : 0.0f;
+        for (int i = 0; i < PBNDS_PACKET; ++i)
+            to[c][i] = used[i] ? from[i] : dummy;
+    }
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        ray->tnear[i] = 0.0f;
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        ray->time[i] = 0.0f;
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        ray->tfar[i] = INFINITY;
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        ray->mask[i] = ~0u;
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        ray->id[i] = 0;
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        ray->flags[i] = 0;
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        query->hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+}
+
+PBNDS_LANES_CODE
+static void take_lanes(const struct RTCRayHit16 *query, struct pbnds_hit_packet *hits)
+{
+    /* UINT32_MAX is what both sides call nothing. */
+    memcpy(hits->t, query->ray.tfar, sizeof hits->t);
+    memcpy(hits->u, query->hit.u, sizeof hits->u);
+    memcpy(hits->v, query->hit.v, sizeof hits->v);
+    memcpy(hits->mesh, query->hit.geomID, sizeof hits->mesh);
+    memcpy(hits->triangle, query->hit.primID, sizeof hits->triangle);
+}
+
+void pbnds_accel_intersect_lanes(const struct pbnds_accel *accel,
+                                 const struct pbnds_ray_packet *rays,
+                                 struct pbnds_hit_packet *hits)
+{
+    struct RTCRayHit16 query;
+    int valid[PBNDS_PACKET] __attribute__((aligned(64)));
+    fill_lanes(&query, valid, rays);
+    struct context context = {.query = NULL};
+    rtcInitIntersectContext(&context.embree);
+    context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid, accel->scene, &context.embree, &query);
+    take_lanes(&query, hits);
 }
 
 void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,

@@ -15,11 +15,10 @@
 
 #include <stdbool.h>
 
+#include "engine/scene/packet.h"
 #include "engine/scene/scene.h"
 
 struct pbnds_accel; /* opaque; borrows the scene, which must outlive it */
-
-enum { PBNDS_PACKET = 16 };
 
 #ifdef __cplusplus
 extern "C" {
@@ -62,6 +61,10 @@ bool pbnds_accel_occluded(const struct pbnds_accel *accel, const struct pbnds_ra
 void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
                                   const struct pbnds_ray *rays, int count,
                                   struct pbnds_hit *hits);
+/** The same for a full packet in arrays. */
+void pbnds_accel_intersect_lanes(const struct pbnds_accel *accel,
+                                 const struct pbnds_ray_packet *rays,
+                                 struct pbnds_hit_packet *hits);
 void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,
                                  const struct pbnds_ray *rays, int count, float max_t,
                                  bool *occluded);

@@ -27,23 +27,6 @@ struct pbnds_camera_view pbnds_camera_view(const struct pbnds_camera *camera, in
     return view;
 }
 
-struct pbnds_ray pbnds_camera_view_ray(const struct pbnds_camera_view *view, float x,
-                                       float y)
-{
-    const float sx = (x - view->center_x) * view->pixel;
-    const float sy = (view->center_y - y) * view->pixel;
-    struct pbnds_ray ray;
-    if (view->orthographic) {
-        ray.origin = pbnds_mad(pbnds_mad(view->eye, view->right, sx), view->up, sy);
-        ray.direction = view->forward;
-    } else {
-        ray.origin = view->eye;
-        ray.direction = pbnds_normalize(
-            pbnds_mad(pbnds_mad(view->forward, view->right, sx), view->up, sy));
-    }
-    return ray;
-}
-
 struct pbnds_ray pbnds_camera_ray(const struct pbnds_camera *camera, int width,
                                   int height, float x, float y)
 {

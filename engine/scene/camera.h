@@ -30,15 +30,31 @@ struct pbnds_camera_view {
     bool orthographic;
 };
 
+/** pbnds_camera_ray() with the view worked out before; the very same bits. Inline for
+ *  loops over packets. */
+static inline struct pbnds_ray pbnds_camera_view_ray(const struct pbnds_camera_view *view, float x,
+                                       float y)
+{
+    const float sx = (x - view->center_x) * view->pixel;
+    const float sy = (view->center_y - y) * view->pixel;
+    struct pbnds_ray ray;
+    if (view->orthographic) {
+        ray.origin = pbnds_mad(pbnds_mad(view->eye, view->right, sx), view->up, sy);
+        ray.direction = view->forward;
+    } else {
+        ray.origin = view->eye;
+        ray.direction = pbnds_normalize(
+            pbnds_mad(pbnds_mad(view->forward, view->right, sx), view->up, sy));
+    }
+    return ray;
+}
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 struct pbnds_camera_view pbnds_camera_view(const struct pbnds_camera *camera, int width,
                                            int height);
-/** pbnds_camera_ray() with the view worked out before; the very same bits. */
-struct pbnds_ray pbnds_camera_view_ray(const struct pbnds_camera_view *view, float x,
-                                       float y);
 /** pbnds_camera_project() with the view worked out before; the very same bits. */
 bool pbnds_camera_view_project(const struct pbnds_camera_view *view,
                                struct pbnds_vec3 p, float *x, float *y);

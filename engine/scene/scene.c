@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/scene/maps.h"
+
 struct pbnds_material pbnds_material_default(void)
 {
     const struct pbnds_texture_ref none = {.texture = -1};
@@ -37,6 +39,7 @@ static void mesh_free(struct pbnds_mesh *mesh)
     free(mesh->uv[0]);
     free(mesh->uv[1]);
     free(mesh->color);
+    free(mesh->packed);
     free(mesh->index);
 }
 
@@ -47,6 +50,7 @@ void pbnds_scene_free(struct pbnds_scene *scene)
         mesh_free(&scene->meshes[i]);
     for (int i = 0; i < scene->image_count; ++i)
         pbnds_pixels_free(&scene->images[i]);
+    pbnds_maps_free(scene->maps);
     free(scene->meshes);
     free(scene->materials);
     free(scene->textures);

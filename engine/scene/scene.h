@@ -65,6 +65,11 @@ struct pbnds_material {
 /** A material that has all defaults of glTF 2.0: white, metallic 1, roughness 1. */
 struct pbnds_material pbnds_material_default(void);
 
+/** What a hit interpolates, in one place: [3] of the first two are the UV's u and v. */
+struct pbnds_vertex {
+    float position_u[4], normal_v[4], tangent[4];
+};
+
 /** One primitive of one node, transformed to world space. Arrays owned by the scene;
  *  absent attributes are NULL. */
 struct pbnds_mesh {
@@ -79,7 +84,9 @@ struct pbnds_mesh {
         *tangent; /**< unit xyz, w = +-1 (already negated if mirrored)   */
     struct pbnds_vec2 *uv[2];
     struct pbnds_vec4 *color; /**< COLOR_0, linear                                   */
-    uint32_t *index;          /**< 3 * triangle_count, counter-clockwise in front    */
+    struct pbnds_vertex
+        *packed;     /**< the above again, for packets of rays (packet.h); or NULL    */
+    uint32_t *index; /**< 3 * triangle_count, counter-clockwise in front    */
     int material;
     uint32_t
         object_id; /**< index of the glTF node, and into scene.objects             */
@@ -118,6 +125,8 @@ struct pbnds_scene {
     int texture_count;
     struct pbnds_pixels *images;
     int image_count;
+    struct pbnds_maps
+        *maps; /**< owned, prefiltered (maps.h); NULL: only the finest level is read */
     struct pbnds_camera
         *cameras; /**< of the file, in node order                       */
     struct pbnds_camera

@@ -1,10 +1,8 @@
 /*
  * From a hit to the values a BRDF needs: interpolation, textures, normal map.
  */
+#include "engine/scene/lookup.h"
 #include "engine/scene/scene.h"
-
-/* Least cosine between the shading normal and the eye. */
-#define FACING 1e-3f
 
 /* A hit with its triangle looked up. */
 struct triangle {
@@ -12,6 +10,7 @@ struct triangle {
     const struct pbnds_material *material;
     uint32_t i0, i1, i2;
     float w0, w1, w2;
+    float footprint, cosine; /* of the ray's cone; |face normal . ray| */
 };
 
 static struct triangle find_triangle(const struct pbnds_scene *scene,
@@ -27,6 +26,7 @@ static struct triangle find_triangle(const struct pbnds_scene *scene,
     t.w0 = 1.0f - hit->u - hit->v;
     t.w1 = hit->u;
     t.w2 = hit->v;
+    t.footprint = t.cosine = 0.0f;
     return t;
 }
 
@@ -62,17 +62,49 @@ static struct pbnds_vec2 transform_uv(const struct pbnds_texture_ref *ref,
                                m[3] * uv.x + m[4] * uv.y + m[5]};
 }
 
-/* Value of a texture at the hit; false when there is none, or no UV set to look it up
+static struct pbnds_vec3 face_cross(const struct triangle *t)
+{
+    const struct pbnds_vec3 *p = t->mesh->position;
+    return pbnds_cross(pbnds_sub(p[t->i1], p[t->i0]), pbnds_sub(p[t->i2], p[t->i0]));
+}
+
+/* How many levels of the bundle the ray's cone covers. */
+static float level_of(const struct triangle *t, const struct pbnds_bundle *b)
+{
+    const struct pbnds_vec2 *uv = t->mesh->uv[b->texcoord == 1 ? 1 : 0];
+    const float u1 = uv[t->i1].x - uv[t->i0].x, v1 = uv[t->i1].y - uv[t->i0].y;
+    const float u2 = uv[t->i2].x - uv[t->i0].x, v2 = uv[t->i2].y - uv[t->i0].y;
+    return pbnds_cone_lod(t->footprint, t->cosine, fabsf(u1 * v2 - u2 * v1),
+                          pbnds_length(face_cross(t)), b->density);
+}
+
+/* The bundle that holds a map of the hit's material; NULL: the finest level is read. */
+static const struct pbnds_bundle *bundle_of(const struct pbnds_scene *scene,
+                                            const struct triangle *t, int map)
+{
+    if (!scene->maps || !(t->footprint > 0.0f)) return NULL;
+    const int i = scene->maps->materials[t->mesh->material].bundle[map];
+    return i < 0 ? NULL : &scene->maps->bundles[i];
+}
+
+/* Value of a map at the hit; false when there is none, or no UV set to look it up
  * with (then the factor stands alone). */
 static bool sample(const struct pbnds_scene *scene, const struct triangle *t,
-                   const struct pbnds_texture_ref *ref, bool srgb,
+                   const struct pbnds_texture_ref *ref, int map, bool srgb,
                    struct pbnds_vec4 *value)
 {
     if (ref->texture < 0) return false;
     const struct pbnds_vec2 *uv = t->mesh->uv[ref->texcoord == 1 ? 1 : 0];
     if (!uv) return false;
-    *value = pbnds_texture_sample(&scene->textures[ref->texture],
-                                  transform_uv(ref, mix2(t, uv)), srgb);
+    const struct pbnds_bundle *b = bundle_of(scene, t, map);
+    if (b) {
+        float values[PBNDS_BUNDLE_CHANNELS];
+        pbnds_bundle_sample(b, mix2(t, uv), level_of(t, b), values);
+        *value = pbnds_map_value(b, map, values);
+    } else {
+        *value = pbnds_texture_sample(&scene->textures[ref->texture],
+                                      transform_uv(ref, mix2(t, uv)), srgb);
+    }
     return true;
 }
 
@@ -85,7 +117,8 @@ static struct pbnds_vec4 base_color(const struct pbnds_scene *scene,
         s = mix4(t, t->mesh->color);
         c = (struct pbnds_vec4){c.x * s.x, c.y * s.y, c.z * s.z, c.w * s.w};
     }
-    if (sample(scene, t, &t->material->base_color_texture, true, &s)) {
+    if (sample(scene, t, &t->material->base_color_texture, PBNDS_MAP_BASE_COLOR, true,
+               &s)) {
         c = (struct pbnds_vec4){c.x * s.x, c.y * s.y, c.z * s.z, c.w * s.w};
     }
     return c;
@@ -109,14 +142,14 @@ static struct pbnds_vec3 unit_or(struct pbnds_vec3 a, struct pbnds_vec3 otherwis
 static struct pbnds_vec3 face_normal(const struct triangle *t,
                                      struct pbnds_vec3 otherwise)
 {
-    const struct pbnds_vec3 p = t->mesh->position[t->i0];
-    struct pbnds_vec3 e1 = pbnds_sub(t->mesh->position[t->i1], p);
-    struct pbnds_vec3 e2 = pbnds_sub(t->mesh->position[t->i2], p);
-    struct pbnds_vec3 n = pbnds_cross(e1, e2);
+    struct pbnds_vec3 n = face_cross(t);
     const float square = pbnds_dot(n, n);
     if (!(square > 1e-30f && square < 1e30f)) {
         /* The cross product squares lengths: take it of edges near unit length. */
         const struct pbnds_vec3 zero = {0.0f, 0.0f, 0.0f};
+        const struct pbnds_vec3 *p = t->mesh->position;
+        const struct pbnds_vec3 e1 = pbnds_sub(p[t->i1], p[t->i0]);
+        const struct pbnds_vec3 e2 = pbnds_sub(p[t->i2], p[t->i0]);
         n = pbnds_cross(unit_or(e1, zero), unit_or(e2, zero));
         if (!(pbnds_dot(n, n) > 1e-12f)) return otherwise;
     }
@@ -156,7 +189,7 @@ static struct pbnds_vec3 apply_normal_map(const struct pbnds_scene *scene,
 {
     const struct pbnds_texture_ref *ref = &t->material->normal_texture;
     struct pbnds_vec4 texel;
-    if (!sample(scene, t, ref, false, &texel)) return n;
+    if (!sample(scene, t, ref, PBNDS_MAP_NORMAL, false, &texel)) return n;
 
     struct pbnds_vec3 tangent;
     float sign;
@@ -185,14 +218,15 @@ static struct pbnds_vec3 apply_normal_map(const struct pbnds_scene *scene,
 struct pbnds_vec3 pbnds_face_eye(struct pbnds_vec3 n, struct pbnds_vec3 wo)
 {
     const float cosine = pbnds_dot(n, wo);
-    if (cosine > 0.5f * FACING)
+    if (cosine > 0.5f * PBNDS_FACING)
         return n; /* half: what was turned once stays as it is */
     /* The unit vector at that cosine in the plane of n and wo. */
     const struct pbnds_vec3 side = pbnds_mad(n, wo, -cosine);
     if (!(pbnds_dot(side, side) > 1e-12f))
         return wo; /* n = -wo: every side is as near */
-    return pbnds_mad(pbnds_scale(pbnds_normalize(side), sqrtf(1.0f - FACING * FACING)),
-                     wo, FACING);
+    return pbnds_mad(
+        pbnds_scale(pbnds_normalize(side), sqrtf(1.0f - PBNDS_FACING * PBNDS_FACING)),
+        wo, PBNDS_FACING);
 }
 
 /* The shading normal: interpolated, mapped, above the face and facing the eye. */
@@ -232,7 +266,8 @@ static struct pbnds_vec4 specular_color(const struct pbnds_scene *scene,
 {
     const struct pbnds_material *m = t->material;
     struct pbnds_vec4 s = {1.0f, 1.0f, 1.0f, 1.0f};
-    (void)sample(scene, t, &m->specular_color_texture, true, &s);
+    (void)sample(scene, t, &m->specular_color_texture, PBNDS_MAP_SPECULAR_COLOR, true,
+                 &s);
     return (struct pbnds_vec4){s.x * m->specular_color.x, s.y * m->specular_color.y,
                                s.z * m->specular_color.z, s.w};
 }
@@ -244,11 +279,13 @@ static void metallic_roughness(const struct pbnds_scene *scene,
     const struct pbnds_material *m = t->material;
     struct pbnds_vec4 s;
     float roughness = m->roughness, metallic = m->metallic, specular = m->specular;
-    if (sample(scene, t, &m->metallic_roughness_texture, false, &s)) {
+    if (sample(scene, t, &m->metallic_roughness_texture, PBNDS_MAP_METALLIC_ROUGHNESS,
+               false, &s)) {
         roughness *= s.y;
         metallic *= s.z;
     }
-    if (sample(scene, t, &m->specular_texture, false, &s)) specular *= s.w;
+    if (sample(scene, t, &m->specular_texture, PBNDS_MAP_SPECULAR, false, &s))
+        specular *= s.w;
     const struct pbnds_vec4 color = specular_color(scene, t);
     const struct pbnds_vec3 f0 = pbnds_vec3_make(fminf(m->ior_f0 * color.x, 1.0f),
                                                  fminf(m->ior_f0 * color.y, 1.0f),
@@ -291,7 +328,7 @@ static void evaluate_material(const struct pbnds_scene *scene, const struct tria
     surface->alpha = m->alpha_mode == PBNDS_ALPHA_OPAQUE ? 1.0f : unit(base.w);
     struct pbnds_vec4 s;
     surface->occlusion = 1.0f;
-    if (sample(scene, t, &m->occlusion_texture, false, &s))
+    if (sample(scene, t, &m->occlusion_texture, PBNDS_MAP_OCCLUSION, false, &s))
         surface->occlusion = unit(1.0f + m->occlusion_strength * (s.x - 1.0f));
     if (m->unlit) {
         unlit(surface);
@@ -299,7 +336,7 @@ static void evaluate_material(const struct pbnds_scene *scene, const struct tria
     }
     surface->emission = m->emissive;
     if (pbnds_max3(m->emissive) > 0.0f &&
-        sample(scene, t, &m->emissive_texture, true, &s))
+        sample(scene, t, &m->emissive_texture, PBNDS_MAP_EMISSIVE, true, &s))
         surface->emission = pbnds_mul(m->emissive, pbnds_vec3_make(s.x, s.y, s.z));
     if (m->specular_glossiness)
         specular_glossiness(scene, t, surface);
@@ -311,11 +348,13 @@ void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit
                          struct pbnds_vec3 wo, float footprint,
                          struct pbnds_surface *surface)
 {
-    (void)footprint;
-    const struct triangle t = find_triangle(scene, hit);
+    struct triangle t = find_triangle(scene, hit);
     surface->position = mix3(&t, t.mesh->position);
     const struct pbnds_vec3 face = face_normal(&t, wo);
-    surface->ng = pbnds_dot(face, wo) < 0.0f ? pbnds_scale(face, -1.0f) : face;
+    const float facing = pbnds_dot(face, wo);
+    surface->ng = facing < 0.0f ? pbnds_scale(face, -1.0f) : face;
+    t.footprint = footprint;
+    t.cosine = fabsf(facing);
     surface->n = shading_normal(scene, &t, face, surface->ng, wo);
     evaluate_material(scene, &t, surface);
     surface->uv =

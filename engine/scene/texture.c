@@ -155,14 +155,20 @@ static inline struct pbnds_vec4 bilinear(struct pbnds_vec4 c00, struct pbnds_vec
     return weigh(weigh(c00, c10, fx), weigh(c01, c11, fx), fy);
 }
 
+struct pbnds_vec4 pbnds_texel(const struct pbnds_pixels *pixels, int x, int y,
+                              bool srgb)
+{
+    const size_t at = texel(pixels, x, y);
+    return pixels->u8 ? scale_u8(fetch_u8(pixels->u8 + at, srgb), srgb)
+                      : fetch_f32(pixels->f32 + at, srgb);
+}
+
 static struct pbnds_vec4 sample_nearest(const struct pbnds_texture *t,
                                         struct pbnds_vec2 uv, bool srgb)
 {
     const struct pbnds_pixels *p = t->pixels;
-    const size_t at = texel(p, tap_nearest(t->wrap_u, uv.x, p->width),
-                            tap_nearest(t->wrap_v, uv.y, p->height));
-    return p->u8 ? scale_u8(fetch_u8(p->u8 + at, srgb), srgb)
-                 : fetch_f32(p->f32 + at, srgb);
+    return pbnds_texel(p, tap_nearest(t->wrap_u, uv.x, p->width),
+                       tap_nearest(t->wrap_v, uv.y, p->height), srgb);
 }
 
 struct pbnds_vec4 pbnds_texture_sample(const struct pbnds_texture *texture,

@@ -28,6 +28,10 @@ extern "C" {
 struct pbnds_vec4 pbnds_texture_sample(const struct pbnds_texture *texture,
                                        struct pbnds_vec2 uv, bool srgb);
 
+/** One texel of an image, x and y inside of it; decoded as above. */
+struct pbnds_vec4 pbnds_texel(const struct pbnds_pixels *pixels, int x, int y,
+                              bool srgb);
+
 #ifdef __cplusplus
 }
 #endif

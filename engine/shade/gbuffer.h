@@ -157,6 +157,18 @@ enum pbnds_status pbnds_gbuffer_raycast(const struct pbnds_scene *scene,
                                         struct pbnds_gbuffer *gbuffer,
                                         struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** The same into a G-buffer that is empty (all zero) or was cast before: where size and
+ *  planes are those that are asked for, its memory is used again. A system that hands out
+ *  fresh memory zeroes it page by page, which costs more than casting the rays; whoever
+ *  casts many G-buffers of one size should do it with this. */
+enum pbnds_status pbnds_gbuffer_recast(const struct pbnds_scene *scene,
+                                       const struct pbnds_accel *accel,
+                                       const struct pbnds_camera *camera, int width,
+                                       int height,
+                                       const struct pbnds_raycast_options *options,
+                                       struct pbnds_gbuffer *gbuffer,
+                                       struct pbnds_error *error) PBNDS_NODISCARD;
+
 /**
  * Writes the contract's channels and attributes; origin NULL: normals in camera space,
  * planar depth. `radiance` (3-channel, linear, or NULL) joins as R, G, B with

@@ -9,6 +9,8 @@
 
 #include "engine/shade/gbuffer.h"
 
+enum { PBNDS_PLANES_MAX = 40 };
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -20,6 +22,20 @@ extern "C" {
 enum pbnds_status pbnds_gbuffer_allocate(struct pbnds_gbuffer *gbuffer, int width,
                                          int height, unsigned optional, bool fresnel,
                                          struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** The same with planes that hold anything, for those who write every pixel of each. */
+enum pbnds_status pbnds_gbuffer_reserve(struct pbnds_gbuffer *gbuffer, int width,
+                                        int height, unsigned optional, bool fresnel,
+                                        struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** The planes that a G-buffer has, in the order in which they lie. @return how many */
+int pbnds_gbuffer_list(const struct pbnds_gbuffer *gbuffer,
+                       char *planes[PBNDS_PLANES_MAX]);
+
+/** Makes every plane of *gbuffer, which is a copy of another's fields, point into `memory`
+ *  instead, `bytes` apart. */
+void pbnds_gbuffer_point_into(struct pbnds_gbuffer *gbuffer, void *memory,
+                              size_t bytes);
 
 /** Does `specular` say too little about some material that a mesh of the scene wears?
  *  True with a specular factor, a specular colour, specular-glossiness or unlit. */

@@ -1,19 +1,20 @@
 /* The ray cast of point-sampled G-buffers: packets in tiles, one ray a pixel. */
-#include "engine/core/parallel.h"
+#include <string.h>
+#if defined(__SSE__)
+#include <immintrin.h>
+#endif
+
+#include "engine/core/lanes.h"
 #include "engine/shade/gbuffer_planes.h"
+#include "engine/shade/tiles.h"
 
 enum {
-    TILE = 16, /* pixels a side, the unit of work of a thread          */
-    BLOCK = 4, /* pixels a side of the square that one packet covers; BLOCK * BLOCK is
-                  PBNDS_PACKET */
+    TILE = 32,            /* pixels a side, the unit of work of a thread           */
+    BLOCK = 4,            /* pixels a side of the square that one packet covers;   */
+    LANES = PBNDS_PACKET, /* BLOCK * BLOCK, row by row                   */
+    STRIP = 16,           /* pixels of one plane in a cache line         */
+    STRIP_BYTES = STRIP * BLOCK * 4
 };
-
-static void store(float *const planes[3], size_t i, struct pbnds_vec3 v)
-{
-    planes[0][i] = v.x;
-    planes[1][i] = v.y;
-    planes[2][i] = v.z;
-}
 
 bool pbnds_scene_needs_fresnel(const struct pbnds_scene *scene)
 {
@@ -42,114 +43,300 @@ struct pbnds_vec2 pbnds_image_motion(const struct pbnds_camera_view *now,
     return motion;
 }
 
-/* What one call of the parallel loop needs. */
+/* What one tile needs. */
 struct raycast {
     const struct pbnds_scene *scene;
     const struct pbnds_accel *accel;
     struct pbnds_gbuffer *gbuffer;
     struct pbnds_camera_view view, previous_view;
-    size_t tiles_across;
+    char *planes[PBNDS_PLANES_MAX]; /* all of them */
+    int plane_count;
 };
 
-/* The planes that only some G-buffers have. */
-static void store_optional(const struct raycast *job, size_t i,
-                           const struct pbnds_hit *hit, const struct pbnds_surface *s,
-                           struct pbnds_vec3 f0)
+/* What a G-buffer holds beside the surface itself. */
+struct derived {
+    float specular[LANES], depth[LANES], coverage[LANES];
+    float f0[3][LANES], f90[LANES]; /* of metal and non-metal together */
+    uint32_t object_id[LANES], material_id[LANES];
+};
+
+static void make_rays_parallel(const struct pbnds_camera_view *view, int x0, int y0,
+                               struct pbnds_ray_packet *rays)
 {
-    struct pbnds_gbuffer *g = job->gbuffer;
+    for (int k = 0; k < LANES; ++k) {
+        const float x = (float)(x0 + k % BLOCK), y = (float)(y0 + k / BLOCK);
+        const struct pbnds_ray ray = pbnds_camera_view_ray(view, x + 0.5f, y + 0.5f);
+        rays->origin[0][k] = ray.origin.x;
+        rays->origin[1][k] = ray.origin.y;
+        rays->origin[2][k] = ray.origin.z;
+        rays->direction[0][k] = ray.direction.x;
+        rays->direction[1][k] = ray.direction.y;
+        rays->direction[2][k] = ray.direction.z;
+    }
+}
+
+/* pbnds_camera_view_ray() of a perspective camera, lane by lane. */
+PBNDS_LANES_CODE
+static void make_rays(const struct pbnds_camera_view *view, int x0, int y0,
+                      struct pbnds_ray_packet *rays)
+{
+    static const int column[LANES] = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3};
+    static const int row[LANES] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+    const struct pbnds_camera_view v = *view; /* which nothing else can write to */
+    struct pbnds_ray_packet made;
+    for (int k = 0; k < LANES; ++k) {
+        const float x = (float)(x0 + column[k]) + 0.5f, y = (float)(y0 + row[k]) + 0.5f;
+        const float sx = (x - v.center_x) * v.pixel, sy = (v.center_y - y) * v.pixel;
+        const struct pbnds_vec3 d =
+            pbnds_normalize(pbnds_mad(pbnds_mad(v.forward, v.right, sx), v.up, sy));
+        made.direction[0][k] = d.x;
+        made.direction[1][k] = d.y;
+        made.direction[2][k] = d.z;
+    }
+    for (int k = 0; k < LANES; ++k) {
+        made.origin[0][k] = v.eye.x;
+        made.origin[1][k] = v.eye.y;
+        made.origin[2][k] = v.eye.z;
+    }
+    *rays = made;
+}
+
+/* Width of the cone that a pixel opens, at the hit: for the textures. */
+PBNDS_LANES_CODE
+static void make_footprints(const struct pbnds_camera_view *view,
+                            const struct pbnds_ray_packet *rays,
+                            const struct pbnds_hit_packet *hits, float footprint[LANES])
+{
+    const struct pbnds_vec3 forward = view->forward;
+    const float pixel = view->pixel;
+    const bool orthographic = view->orthographic;
+    for (int k = 0; k < LANES; ++k) {
+        const struct pbnds_vec3 direction = {
+            rays->direction[0][k], rays->direction[1][k], rays->direction[2][k]};
+        const float depth = hits->t[k] * pbnds_dot(direction, forward);
+        footprint[k] = pixel * (orthographic ? 1.0f : depth);
+    }
+}
+
+PBNDS_LANES_CODE
+static void derive(const struct pbnds_camera_view *view,
+                   const struct pbnds_hit_packet *hits,
+                   const struct pbnds_surface_packet *s, struct derived *derived)
+{
+    const struct pbnds_vec3 eye = view->eye, forward = view->forward;
+    struct derived d;
+    float depth[LANES];
+    for (int k = 0; k < LANES; ++k) {
+        const float m = s->metallic[k];
+        const struct pbnds_vec3 f0 =
+            pbnds_lerp(pbnds_vec3_make(s->f0[0][k], s->f0[1][k], s->f0[2][k]),
+                       pbnds_vec3_make(s->base_color[0][k], s->base_color[1][k],
+                                       s->base_color[2][k]),
+                       m);
+        d.f0[0][k] = f0.x;
+        d.f0[1][k] = f0.y;
+        d.f0[2][k] = f0.z;
+        d.f90[k] = s->f90[k] + m * (1.0f - s->f90[k]);
+        d.specular[k] = pbnds_luminance(f0);
+    }
+    for (int k = 0; k < LANES; ++k) {
+        const struct pbnds_vec3 p = {s->position[0][k], s->position[1][k],
+                                     s->position[2][k]};
+        depth[k] = pbnds_dot(pbnds_sub(p, eye), forward);
+    }
+    /* Where nothing was hit, the surface is all zero, and so is what follows from it but
+     * for these. */
+    for (int k = 0; k < LANES; ++k)
+        d.depth[k] = hits->mesh[k] != UINT32_MAX ? depth[k] : INFINITY;
+    for (int k = 0; k < LANES; ++k)
+        d.coverage[k] = hits->mesh[k] != UINT32_MAX ? 1.0f : 0.0f;
+    for (int k = 0; k < LANES; ++k)
+        d.object_id[k] = hits->mesh[k] != UINT32_MAX ? s->object_id[k] : UINT32_MAX;
+    for (int k = 0; k < LANES; ++k)
+        d.material_id[k] = hits->mesh[k] != UINT32_MAX ? s->material[k] : UINT32_MAX;
+    *derived = d;
+}
+
+/* Four packets side by side: rows as long as a cache line. What they find is gathered here
+ * first, in a little G-buffer of its own, and then copied out line by line: writing 16
+ * bytes at a time to some eighty places, each in another page, costs as much as casting
+ * the rays. */
+struct strip {
+    struct pbnds_gbuffer planes;
+    _Alignas(64) char memory[PBNDS_PLANES_MAX][STRIP_BYTES];
+};
+
+/* Float planes and id planes alike: four bytes a pixel. */
+static inline void put(int column, void *plane, const void *lanes)
+{
+    char *to = (char *)plane + 4 * column;
+    const char *from = lanes;
+    for (int row = 0; row < BLOCK; ++row)
+        memcpy(to + row * STRIP * 4, from + row * BLOCK * 4, BLOCK * 4);
+}
+
+static inline void put3(int column, float *const plane[3], const float lanes[3][LANES])
+{
+    for (int c = 0; c < 3; ++c)
+        put(column, plane[c], lanes[c]);
+}
+
+static void put_motion(const struct raycast *job, int column,
+                       const struct pbnds_gbuffer *g,
+                       const struct pbnds_hit_packet *hits,
+                       const struct pbnds_surface_packet *s)
+{
+    float motion[2][LANES] = {{0.0f}};
+    for (int k = 0; k < LANES; ++k) {
+        const struct pbnds_hit hit = {hits->t[k], hits->u[k], hits->v[k], hits->mesh[k],
+                                      hits->triangle[k]};
+        if (hit.mesh == UINT32_MAX) continue;
+        const struct pbnds_vec2 m = pbnds_image_motion(
+            &job->view, &job->previous_view,
+            pbnds_vec3_make(s->position[0][k], s->position[1][k], s->position[2][k]),
+            pbnds_scene_previous(job->scene, &hit));
+        motion[0][k] = m.x;
+        motion[1][k] = m.y;
+    }
+    put(column, g->motion[0], motion[0]);
+    put(column, g->motion[1], motion[1]);
+}
+
+/* Puts a packet into a strip, from `column` on. */
+static void put_packet(const struct raycast *job, int column,
+                       const struct pbnds_gbuffer *g,
+                       const struct pbnds_hit_packet *hits,
+                       const struct pbnds_surface_packet *s, const struct derived *d)
+{
+    put3(column, g->albedo, s->base_color);
+    put3(column, g->normal, s->n);
+    put(column, g->specular, d->specular);
+    put(column, g->roughness, s->roughness);
+    put(column, g->metallic, s->metallic);
+    put(column, g->depth, d->depth);
+    put(column, g->coverage, d->coverage);
+    put3(column, g->position, s->position);
+    put3(column, g->emission, s->emission);
+    put3(column, g->geometric_normal, s->ng);
+    put(column, g->object_id, d->object_id);
     if (g->f90) {
-        store(g->f0, i, f0);
-        g->f90[i] = s->f90 + s->metallic * (1.0f - s->f90);
+        put3(column, g->f0, d->f0);
+        put(column, g->f90, d->f90);
     }
-    if (g->ao) g->ao[i] = s->occlusion;
+    if (g->ao) put(column, g->ao, s->occlusion);
     if (g->uv[0]) {
-        g->uv[0][i] = s->uv.x;
-        g->uv[1][i] = s->uv.y;
+        put(column, g->uv[0], s->uv[0]);
+        put(column, g->uv[1], s->uv[1]);
     }
-    if (g->motion[0]) {
-        const struct pbnds_vec2 m =
-            pbnds_image_motion(&job->view, &job->previous_view, s->position,
-                               pbnds_scene_previous(job->scene, hit));
-        g->motion[0][i] = m.x;
-        g->motion[1][i] = m.y;
-    }
-    if (g->material_id) g->material_id[i] = (uint32_t)s->material;
+    if (g->material_id) put(column, g->material_id, d->material_id);
+    if (g->motion[0]) put_motion(job, column, g, hits, s);
 }
 
-/* The planes of a pixel that was hit; all others keep their zeros. */
-static void store_hit(const struct raycast *job, size_t i, const struct pbnds_hit *hit,
-                      struct pbnds_vec3 direction)
+static void cast_block(const struct raycast *job, int x0, int y0, int column,
+                       const struct pbnds_gbuffer *strip)
 {
-    struct pbnds_gbuffer *g = job->gbuffer;
-    struct pbnds_surface s;
-    pbnds_scene_surface(job->scene, hit, pbnds_scale(direction, -1.0f), 0.0f, &s);
-    const struct pbnds_vec3 f0 = pbnds_lerp(s.f0, s.base_color, s.metallic);
-    store(g->albedo, i, s.base_color);
-    store(g->normal, i, s.n);
-    g->specular[i] = pbnds_luminance(f0);
-    g->roughness[i] = s.roughness;
-    g->metallic[i] = s.metallic;
-    g->depth[i] = pbnds_dot(pbnds_sub(s.position, job->view.eye), job->view.forward);
-    g->coverage[i] = 1.0f;
-    store(g->position, i, s.position);
-    store(g->emission, i, s.emission);
-    store(g->geometric_normal, i, s.ng);
-    g->object_id[i] = s.object_id;
-    store_optional(job, i, hit, &s, f0);
+    struct pbnds_ray_packet rays;
+    struct pbnds_hit_packet hits;
+    struct pbnds_surface_packet surface;
+    struct derived derived;
+    float footprint[LANES];
+    if (job->view.orthographic)
+        make_rays_parallel(&job->view, x0 + column, y0, &rays);
+    else
+        make_rays(&job->view, x0 + column, y0, &rays);
+    pbnds_accel_intersect_lanes(job->accel, &rays, &hits);
+    make_footprints(&job->view, &rays, &hits, footprint);
+    pbnds_scene_surface_packet(job->scene, &rays, &hits, footprint, &surface);
+    derive(&job->view, &hits, &surface, &derived);
+    put_packet(job, column, strip, &hits, &surface, &derived);
 }
 
-static void store_miss(const struct pbnds_gbuffer *g, size_t i)
+/* A cache line that nobody reads soon: past the caches where it is whole and the processor
+ * can, which saves reading it first and keeps the tree and the textures in them. */
+static inline void stream_line(char *to, const char *from)
 {
-    g->depth[i] = INFINITY;
-    g->object_id[i] = UINT32_MAX;
-    if (g->material_id) g->material_id[i] = UINT32_MAX;
-}
-
-/* One packet. Blocks at the edge cast rays beyond it too, and drop what those hit. */
-static void cast_block(const struct raycast *job, int x0, int y0)
-{
-    struct pbnds_gbuffer *g = job->gbuffer;
-    struct pbnds_ray rays[PBNDS_PACKET];
-    struct pbnds_hit hits[PBNDS_PACKET];
-    for (int k = 0; k < PBNDS_PACKET; ++k) {
-        const int x = x0 + k % BLOCK, y = y0 + k / BLOCK;
-        rays[k] = pbnds_camera_view_ray(&job->view, (float)x + 0.5f, (float)y + 0.5f);
+#if defined(__SSE__)
+    if (((uintptr_t)to & 63u) == 0) {
+        for (int i = 0; i < STRIP; i += 4)
+            _mm_stream_ps((float *)(void *)to + i,
+                          _mm_load_ps((const float *)(const void *)from + i));
+        return;
     }
-    pbnds_accel_intersect_packet(job->accel, rays, PBNDS_PACKET, hits);
-    for (int k = 0; k < PBNDS_PACKET; ++k) {
-        const int x = x0 + k % BLOCK, y = y0 + k / BLOCK;
-        if (x >= g->width || y >= g->height) continue;
-        const size_t i = (size_t)y * (size_t)g->width + (size_t)x;
-        if (hits[k].mesh == UINT32_MAX)
-            store_miss(g, i);
-        else
-            store_hit(job, i, &hits[k], rays[k].direction);
-    }
+#endif
+    memcpy(to, from, 4 * STRIP);
 }
 
-static void cast_tile(void *context, size_t tile, int thread)
+/* Copies a strip out; what of it is beyond the image is dropped. */
+PBNDS_LANES_CODE
+static void write_strip(const struct raycast *job, int x, int y,
+                        const struct strip *strip)
 {
-    (void)thread;
-    const struct raycast *job = context;
-    const int x0 = (int)(tile % job->tiles_across) * TILE;
-    const int y0 = (int)(tile / job->tiles_across) * TILE;
-    for (int y = y0; y < y0 + TILE && y < job->gbuffer->height; y += BLOCK) {
-        for (int x = x0; x < x0 + TILE && x < job->gbuffer->width; x += BLOCK) {
-            cast_block(job, x, y);
+    const int width = job->gbuffer->width, height = job->gbuffer->height;
+    const int rows = height - y < BLOCK ? height - y : BLOCK;
+    const size_t bytes = width - x < STRIP ? 4 * (size_t)(width - x) : 4 * STRIP;
+    for (int p = 0; p < job->plane_count; ++p) {
+        char *to = job->planes[p] + 4 * ((size_t)y * (size_t)width + (size_t)x);
+        const char *from = strip->memory[p];
+        for (int row = 0; row < rows; ++row) {
+            if (bytes == 4 * STRIP)
+                stream_line(to, from);
+            else
+                memcpy(to, from, bytes);
+            to += 4 * (size_t)width;
+            from += 4 * STRIP;
         }
     }
 }
 
+/* The strips whose first pixel is in the tile: where tiles begin and end changes nothing.
+ * Packets at the edge of the image cast rays beyond it too. */
+static void cast_tile(void *context, const struct pbnds_tile *tile)
+{
+    const struct raycast *job = context;
+    struct strip strip;
+    strip.planes = *job->gbuffer;
+    pbnds_gbuffer_point_into(&strip.planes, strip.memory, sizeof strip.memory[0]);
+    const int x0 = (tile->x0 + STRIP - 1) / STRIP * STRIP;
+    const int y0 = (tile->y0 + BLOCK - 1) / BLOCK * BLOCK;
+    for (int y = y0; y < tile->y1; y += BLOCK) {
+        for (int x = x0; x < tile->x1; x += STRIP) {
+            for (int k = 0; k < STRIP && x + k < job->gbuffer->width; k += BLOCK)
+                cast_block(job, x, y, k, &strip.planes);
+            write_strip(job, x, y, &strip);
+        }
+    }
+}
+
+/* Has it the very planes that this cast fills, all of them written for every pixel? */
+static bool can_refill(const struct pbnds_gbuffer *g, int width, int height,
+                       unsigned optional, bool fresnel)
+{
+    return g->storage && g->width == width && g->height == height &&
+           (g->f90 != NULL) == fresnel && !g->cryptomatte &&
+           (g->ao != NULL) == ((optional & PBNDS_OPTIONAL_AO) != 0) &&
+           (g->uv[0] != NULL) == ((optional & PBNDS_OPTIONAL_UV) != 0) &&
+           (g->motion[0] != NULL) == ((optional & PBNDS_OPTIONAL_MOTION) != 0) &&
+           (g->material_id != NULL) == ((optional & PBNDS_OPTIONAL_MATERIAL_ID) != 0) &&
+           !(optional & PBNDS_OPTIONAL_CRYPTOMATTE);
+}
+
 enum pbnds_status
-pbnds_gbuffer_raycast(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
-                      const struct pbnds_camera *camera, int width, int height,
-                      const struct pbnds_raycast_options *options,
-                      struct pbnds_gbuffer *gbuffer, struct pbnds_error *error)
+pbnds_gbuffer_recast(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
+                     const struct pbnds_camera *camera, int width, int height,
+                     const struct pbnds_raycast_options *options,
+                     struct pbnds_gbuffer *gbuffer, struct pbnds_error *error)
 {
     static const struct pbnds_raycast_options plain = {.optional = 0};
     if (!options) options = &plain;
-    PBNDS_TRY(pbnds_gbuffer_allocate(gbuffer, width, height, options->optional,
-                                     pbnds_scene_needs_fresnel(scene), error));
+    const bool fresnel = pbnds_scene_needs_fresnel(scene);
+    const bool antialiased = pbnds_raycast_is_antialiased(accel, options);
+    if (antialiased ||
+        !can_refill(gbuffer, width, height, options->optional, fresnel)) {
+        pbnds_gbuffer_free(gbuffer);
+        /* Every pixel of a point-sampled G-buffer is written; the others add up. */
+        PBNDS_TRY((antialiased ? pbnds_gbuffer_allocate : pbnds_gbuffer_reserve)(
+            gbuffer, width, height, options->optional, fresnel, error));
+    }
     gbuffer->camera = *camera;
     gbuffer->samples = options->samples > 1 ? options->samples : 1;
     gbuffer->through = options->through;
@@ -161,18 +348,24 @@ pbnds_gbuffer_raycast(const struct pbnds_scene *scene, const struct pbnds_accel 
         .gbuffer = gbuffer,
         .view = pbnds_camera_view(camera, width, height),
         .previous_view = pbnds_camera_view(before, width, height),
-        .tiles_across = ((size_t)width + TILE - 1) / TILE,
     };
-    enum pbnds_status status = PBNDS_OK;
-    if (pbnds_raycast_is_antialiased(accel, options)) {
-        status =
-            pbnds_gbuffer_raycast_antialiased(scene, accel, options, gbuffer, error);
-    } else {
-        const size_t tiles_down = ((size_t)height + TILE - 1) / TILE;
-        pbnds_parallel_for(job.tiles_across * tiles_down, cast_tile, &job);
-    }
-    if (status == PBNDS_OK && pbnds_stop_requested())
-        status = pbnds_fail_interrupted(error);
+    job.plane_count = pbnds_gbuffer_list(gbuffer, job.planes);
+    const enum pbnds_status status =
+        antialiased
+            ? pbnds_gbuffer_raycast_antialiased(scene, accel, options, gbuffer, error)
+            : pbnds_for_tiles(width, height, TILE, NULL, "gbuffer", cast_tile, &job,
+                              error);
     if (status != PBNDS_OK) pbnds_gbuffer_free(gbuffer);
     return status;
+}
+
+enum pbnds_status
+pbnds_gbuffer_raycast(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
+                      const struct pbnds_camera *camera, int width, int height,
+                      const struct pbnds_raycast_options *options,
+                      struct pbnds_gbuffer *gbuffer, struct pbnds_error *error)
+{
+    memset(gbuffer, 0, sizeof *gbuffer);
+    return pbnds_gbuffer_recast(scene, accel, camera, width, height, options, gbuffer,
+                                error);
 }

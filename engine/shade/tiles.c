@@ -15,6 +15,13 @@ struct walk {
     void *context;
 };
 
+static int forced_side; /* 0: as the callers say */
+
+void pbnds_set_tile_side(int side)
+{
+    forced_side = side;
+}
+
 static int min_int(int a, int b)
 {
     return a < b ? a : b;
@@ -42,6 +49,7 @@ enum pbnds_status pbnds_for_tiles(int width, int height, int side,
                                                const struct pbnds_tile *tile),
                                   void *context, struct pbnds_error *error)
 {
+    if (forced_side > 0) side = forced_side;
     struct walk walk = {.width = width,
                         .height = height,
                         .side = side,

@@ -25,6 +25,10 @@ pbnds_for_tiles(int width, int height, int side, const struct pbnds_report *repo
                 void (*body)(void *context, const struct pbnds_tile *tile),
                 void *context, struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** For tests, which show that the size of tiles changes no result: every later walk takes
+ *  tiles of `side` pixels, whatever its caller says; 0: as the callers say. */
+void pbnds_set_tile_side(int side);
+
 #ifdef __cplusplus
 }
 #endif
