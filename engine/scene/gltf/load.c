@@ -7,6 +7,8 @@
 
 #include "engine/core/file.h"
 #include "engine/scene/gltf/load.h"
+#include "engine/scene/maps.h"
+#include "engine/scene/packet.h"
 
 void pbnds_gltf_name(char out[64], const char *name, const char *what, size_t index)
 {
@@ -172,6 +174,8 @@ static enum pbnds_status load(struct pbnds_gltf_load_state *g)
     PBNDS_TRY(pbnds_gltf_unpack_meshes(g));
     PBNDS_TRY(fill_scene(g));
     measure(g->scene);
+    PBNDS_TRY(pbnds_scene_pack(g->scene, g->error));
+    PBNDS_TRY(pbnds_scene_prefilter(g->scene, g->options->max_images, g->error));
     tell(g);
     return PBNDS_OK;
 }

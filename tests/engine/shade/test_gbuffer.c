@@ -1,7 +1,10 @@
 #include "tests/test.h"
 
 #include "engine/core/parallel.h"
+#include "engine/scene/maps.h"
+#include "engine/scene/packet.h"
 #include "engine/shade/gbuffer.h"
+#include "engine/shade/tiles.h"
 #include "tests/engine/scene/fixture.h"
 
 static struct pbnds_camera camera_at(struct pbnds_vec3 eye, struct pbnds_vec3 target,
@@ -424,6 +427,69 @@ static void threads_change_nothing(void **state)
     free_mesh(mesh);
 }
 
+/* A scene with maps, packed and prefiltered, so that all of the pass is at work. */
+static void tiles_and_threads_change_nothing(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct pbnds_error error;
+    fixture_init(&f);
+    struct pbnds_mesh *mesh = fixture_sphere(&f, pbnds_vec3_make(0, 0, 0), 1.0f, 30);
+    struct pbnds_vec2 *uv = calloc(mesh->vertex_count, sizeof *uv);
+    struct pbnds_vec4 *tangent = calloc(mesh->vertex_count, sizeof *tangent);
+    for (size_t i = 0; i < mesh->vertex_count; ++i) {
+        const struct pbnds_vec3 n = mesh->normal[i];
+        uv[i] = (struct pbnds_vec2){n.x + 0.3f * n.z, n.y};
+        tangent[i] = (struct pbnds_vec4){n.y, n.z, n.x, 1.0f};
+    }
+    mesh->uv[0] = uv;
+    mesh->tangent = tangent;
+    float texels[9 * 7 * 4];
+    for (int i = 0; i < 9 * 7 * 4; ++i)
+        texels[i] = (float)(i * 37 % 101) / 101.0f;
+    struct pbnds_material *m = &f.materials[0];
+    const int texture = fixture_texture(&f, texels, 9, 7);
+    f.textures[texture].nearest = false;
+    m->base_color_texture.texture = m->normal_texture.texture = texture;
+    m->metallic_roughness_texture.texture = texture;
+    assert_int_equal(pbnds_scene_pack(&f.scene, &error), PBNDS_OK);
+    assert_int_equal(pbnds_scene_prefilter(&f.scene, 0, &error), PBNDS_OK);
+    const struct pbnds_camera c =
+        camera_at(pbnds_vec3_make(1, 2, 2), pbnds_vec3_make(0.1f, 0, 0), 50.0f);
+    struct pbnds_accel *accel;
+    assert_int_equal(pbnds_accel_create(&f.scene, &accel, &error), PBNDS_OK);
+    struct pbnds_gbuffer one, again = {0};
+    pbnds_set_threads(1);
+    assert_int_equal(
+        pbnds_gbuffer_raycast(&f.scene, accel, &c, 333, 175, NULL, &one, &error),
+        PBNDS_OK);
+    const int threads[] = {1, 2, 5}, sides[] = {1, 5, 8, 16, 31, 64, 1000};
+    for (int k = 0; k < 21; ++k) {
+        pbnds_set_threads(threads[k % 3]);
+        pbnds_set_tile_side(sides[k / 3]);
+        /* Into the memory of the one before, spoilt, or of another size. */
+        if (again.storage && k % 2) again.albedo[1][77] = again.depth[99] = NAN;
+        assert_int_equal(
+            pbnds_gbuffer_recast(&f.scene, accel, &c, 333, 175, NULL, &again, &error),
+            PBNDS_OK);
+        assert_same_planes(&one, &again);
+        if (k == 10)
+            assert_int_equal(
+                pbnds_gbuffer_recast(&f.scene, accel, &c, 20, 30, NULL, &again, &error),
+                PBNDS_OK);
+    }
+    pbnds_set_tile_side(0);
+    pbnds_set_threads(0);
+    pbnds_gbuffer_free(&one);
+    pbnds_gbuffer_free(&again);
+    pbnds_accel_free(accel);
+    pbnds_maps_free(f.scene.maps);
+    free(mesh->packed);
+    free(uv);
+    free(tangent);
+    free_mesh(mesh);
+}
+
 static void sizes_are_checked(void **state)
 {
     (void)state;
@@ -490,6 +556,7 @@ int main(void)
         cmocka_unit_test(optional_planes_come_when_asked_for),
         cmocka_unit_test(motion_known_answers),
         cmocka_unit_test(threads_change_nothing),
+        cmocka_unit_test(tiles_and_threads_change_nothing),
         cmocka_unit_test(sizes_are_checked),
         cmocka_unit_test(a_stop_leaves_nothing),
     };

@@ -1,4 +1,5 @@
 /* engine/shade/tiles.c: every pixel once, honest progress, prompt stop. */
+#include "tests/engine/shade/fixture.h"
 #include "tests/test.h"
 
 #include <stdbool.h>
@@ -85,6 +86,42 @@ static void progress_rises_to_the_total(void **state)
     assert_near(heard.last, WIDTH * HEIGHT, 0.0);
 }
 
+static void assert_same_pictures(const struct fixture *f, const char *shader)
+{
+    struct pbnds_error error;
+    struct pbnds_image one;
+    pbnds_set_threads(1);
+    must(pbnds_shade(pbnds_shader_find(shader), &f->job, &one, &error), &error);
+    const int threads[] = {1, 2, 5}, sides[] = {1, 3, 7, 16, 100};
+    for (int k = 0; k < 5; ++k) {
+        struct pbnds_image other;
+        pbnds_set_threads(threads[k % 3]);
+        pbnds_set_tile_side(sides[k]);
+        must(pbnds_shade(pbnds_shader_find(shader), &f->job, &other, &error), &error);
+        assert_memory_equal(one.data, other.data,
+                            (size_t)one.width * (size_t)one.height * 3 * sizeof(float));
+        pbnds_image_free(&other);
+    }
+    pbnds_set_tile_side(0);
+    pbnds_image_free(&one);
+}
+
+static void tiles_and_threads_change_no_picture(void **state)
+{
+    (void)state;
+    const struct pbnds_material white = matte(0.7f);
+    const struct pbnds_mesh meshes[2] = {floor_at(0.0f, 3.0f, 0),
+                                         sphere(pbnds_vec3_make(0, 1, 0), 1.0f, 12, 0)};
+    struct fixture f;
+    fixture_scene(&f, meshes, 2, &white, 1);
+    fixture_light(&f, 16, light_sunny);
+    fixture_view(&f, pbnds_vec3_make(1, 2, 4), pbnds_vec3_make(0, 0.7f, 0), 45, 37);
+    f.job.spp = 3;
+    assert_same_pictures(&f, "ggx");
+    assert_same_pictures(&f, "reference");
+    fixture_free(&f);
+}
+
 static void stop_at_first_tile(void *context, const struct pbnds_tile *tile)
 {
     visit(context, tile);
@@ -111,6 +148,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_pixel_is_visited_once),
         cmocka_unit_test(progress_rises_to_the_total),
+        cmocka_unit_test(tiles_and_threads_change_no_picture),
         cmocka_unit_test(a_stop_ends_the_walk),
     };
     return cmocka_run_group_tests_name("engine/shade/tiles", tests, NULL, NULL);
