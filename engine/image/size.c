@@ -154,7 +154,7 @@ static void see_attribute(struct exr *e, const uint8_t *name, const uint8_t *val
     const char *text = (const char *)name;
     if (strcmp(text, "dataWindow") == 0 && size == 16) {
         for (int i = 0; i < 4; ++i)
-            e->box[i] = (int32_t)little_u32(value + 4 * i);
+            e->box[i] = (int32_t)little_u32(value + 4 * (size_t)i);
         e->has_box = true;
     } else if (strcmp(text, "tiles") == 0 && size == 9) {
         e->tile[0] = little_u32(value);

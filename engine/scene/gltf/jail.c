@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -33,12 +34,9 @@ static bool is_inside(const char *path)
 
 static char *join(const char *folder, const char *path)
 {
-    const size_t n = strlen(folder), m = strlen(path) + 1;
-    char *out = malloc(n + 1 + m);
-    if (!out) return NULL;
-    memcpy(out, folder, n);
-    out[n] = '/';
-    memcpy(out + n + 1, path, m);
+    const size_t size = strlen(folder) + strlen(path) + 2;
+    char *out = malloc(size);
+    if (out) (void)snprintf(out, size, "%s/%s", folder, path);
     return out;
 }
 
