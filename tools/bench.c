@@ -11,7 +11,14 @@
 #include "tools/shipped.h"
 #include "tools/world.h"
 
-enum { REPEATS = 5, SHADE_SIDE = 256, CAST_WIDTH = 1920, CAST_HEIGHT = 1080 };
+enum {
+    REPEATS = 5,
+    SHADE_SIDE = 256,
+    CAST_WIDTH = 1920,
+    CAST_HEIGHT = 1080,
+    PATHS = 4,
+    BOUNCES = 8
+};
 
 static int ascending(const void *a, const void *b)
 {
@@ -158,6 +165,66 @@ static enum pbnds_status bench_shader(const struct tool_options *options,
     return status;
 }
 
+/* Paths of the reference beside bare Embree's, on the million triangles under the sky, in
+ * turns. Both start at the pixels' centres and go on for as many surfaces; the bare ones
+ * shade nothing and end only where they leave the scene. */
+static enum pbnds_status bench_paths(const struct tool_world *world,
+                                     const struct pbnds_shade_job *job,
+                                     const struct pbnds_shader *shader,
+                                     struct pbnds_error *error)
+{
+    const int w = world->gbuffer.width, h = world->gbuffer.height;
+    const struct pbnds_camera_view view =
+        pbnds_camera_view(&world->gbuffer.camera, w, h);
+    double pass[REPEATS], bare[REPEATS], ratio[REPEATS];
+    uint64_t rays = 0;
+    for (int i = -1; i < REPEATS; ++i) {
+        const int at = i < 0 ? 0 : i; /* the first round warms up and is written over */
+        struct pbnds_image radiance = {0, 0, 0, NULL};
+        const double start = tool_seconds();
+        PBNDS_TRY(pbnds_shade(shader, job, &radiance, error));
+        const double middle = tool_seconds();
+        pbnds_image_free(&radiance);
+        rays = pbnds_accel_bare_paths(world->accel, &view, w, h, job->spp, BOUNCES);
+        bare[at] = tool_seconds() - middle;
+        pass[at] = middle - start;
+        ratio[at] = bare[at] / pass[at];
+        PBNDS_TRY(tool_check_stop(error));
+    }
+    const double paths = (double)w * (double)h * (double)job->spp;
+    print_stage("reference", w, h, pbnds_threads(), pass);
+    (void)printf(" paths_per_s=%.0f bare_paths_per_s=%.0f bare_rays_per_path=%.2f "
+                 "of_bare=%.3f",
+                 paths / median(pass), paths / median(bare), (double)rays / paths,
+                 median(ratio));
+    end_line();
+    return PBNDS_OK;
+}
+
+static enum pbnds_status run_paths(const struct tool_options *options,
+                                   struct pbnds_error *error)
+{
+    const int width = options->size[0] ? options->size[0] : SHADE_SIDE;
+    const int height = options->size[1] ? options->size[1] : SHADE_SIDE;
+    struct tool_world world = {.accel = NULL};
+    struct pbnds_camera camera;
+    enum pbnds_status status = tool_bench_scene(&world.scene, &camera, error);
+    if (status == PBNDS_OK)
+        status = pbnds_accel_create(&world.scene, &world.accel, error);
+    if (status == PBNDS_OK)
+        status = pbnds_gbuffer_raycast(&world.scene, world.accel, &camera, width,
+                                       height, NULL, &world.gbuffer, error);
+    if (status == PBNDS_OK) status = tool_world_light(options, &world, error);
+    if (status == PBNDS_OK) {
+        struct pbnds_shade_job job = tool_world_job(options, &world);
+        if (job.spp <= 0) job.spp = PATHS;
+        job.report = NULL;
+        status = bench_paths(&world, &job, pbnds_shader_find("reference"), error);
+    }
+    tool_world_free(&world);
+    return status;
+}
+
 static enum pbnds_status bench_all(const struct tool_options *options,
                                    const char *scene, const char *const *stages,
                                    int count, struct pbnds_error *error)
@@ -165,6 +232,10 @@ static enum pbnds_status bench_all(const struct tool_options *options,
     for (int i = 0; i < count; ++i) {
         if (strcmp(stages[i], "gbuffer") == 0) {
             PBNDS_TRY(run_gbuffer(options, error));
+            continue;
+        }
+        if (strcmp(stages[i], "reference") == 0) {
+            PBNDS_TRY(run_paths(options, error));
             continue;
         }
         struct tool_world world = {.accel = NULL};
@@ -219,7 +290,10 @@ const struct tool_command tool_bench = {
         "thread\n"
         "and with all; of_bare is its speed as a share of the same rays through "
         "Embree\n"
-        "alone, in turns; first_s is a first cast, into memory not yet handed out.\n\n"
+        "alone, in turns; first_s is a first cast, into memory not yet handed out.\n"
+        "reference: the same triangles at 256x256, four paths a pixel, beside a loop "
+        "of\n"
+        "random bounces.\n\n"
         "  pbnds bench gbuffer neural --threads 2",
     .run = run,
 };

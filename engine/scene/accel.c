@@ -343,6 +343,86 @@ uint64_t pbnds_accel_bare_primary(const struct pbnds_accel *accel,
     return atomic_load(&job.hits);
 }
 
+struct bare_paths {
+    struct bare image;
+    int paths, bounces;
+};
+
+/* Uniform on the half sphere about n. */
+static struct pbnds_vec3 bare_direction(struct pbnds_rng *rng, struct pbnds_vec3 n)
+{
+    struct pbnds_vec3 d;
+    do {
+        d.x = 2.0f * pbnds_rng_float(rng) - 1.0f;
+        d.y = 2.0f * pbnds_rng_float(rng) - 1.0f;
+        d.z = 2.0f * pbnds_rng_float(rng) - 1.0f;
+    } while (!(pbnds_dot(d, d) < 1.0f && pbnds_dot(d, d) > 1e-4f));
+    d = pbnds_normalize(d);
+    return pbnds_dot(d, n) < 0.0f ? pbnds_scale(d, -1.0f) : d;
+}
+
+/* @return how many rays it took */
+static uint64_t bare_path(const struct bare_paths *job, struct pbnds_ray ray,
+                          struct pbnds_rng *rng)
+{
+    struct context rules = {.query = NULL};
+    rtcInitIntersectContext(&rules.embree);
+    uint64_t rays = 0;
+    for (int bounce = 0; bounce <= job->bounces; ++bounce) {
+        struct RTCRayHit query;
+        fill_ray(&query.ray, &ray, 0.0f, INFINITY);
+        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(job->image.accel->scene, &rules.embree, &query);
+        ++rays;
+        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) break;
+        struct pbnds_vec3 n = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
+        if (pbnds_dot(n, ray.direction) > 0.0f) n = pbnds_scale(n, -1.0f);
+        const float square = pbnds_dot(n, n);
+        if (!(square > 0.0f)) break;
+        const struct pbnds_vec3 p =
+            pbnds_mad(ray.origin, ray.direction, query.ray.tfar);
+        ray.origin = pbnds_offset_origin(p, pbnds_scale(n, 1.0f / sqrtf(square)));
+        ray.direction = bare_direction(rng, n);
+        struct RTCRay shadow;
+        fill_ray(&shadow, &ray, 0.0f, INFINITY);
+        rtcOccluded1(job->image.accel->scene, &rules.embree, &shadow);
+        ++rays;
+        ray.direction = bare_direction(rng, n);
+    }
+    return rays;
+}
+
+static void bare_paths_row(void *context, size_t y, int thread)
+{
+    (void)thread;
+    struct bare_paths *job = context;
+    uint_least64_t rays = 0;
+    for (int x = 0; x < job->image.width; ++x) {
+        const struct pbnds_ray ray =
+            pbnds_camera_view_ray(job->image.view, (float)x + 0.5f, (float)y + 0.5f);
+        for (int i = 0; i < job->paths; ++i) {
+            const size_t pixel = y * (size_t)job->image.width + (size_t)x;
+            struct pbnds_rng rng = pbnds_rng_make(1, pixel, (uint64_t)i);
+            rays += bare_path(job, ray, &rng);
+        }
+    }
+    atomic_fetch_add(&job->image.hits, rays);
+}
+
+uint64_t pbnds_accel_bare_paths(const struct pbnds_accel *accel,
+                                const struct pbnds_camera_view *view, int width,
+                                int height, int paths, int bounces)
+{
+    struct bare_paths job = {.paths = paths, .bounces = bounces};
+    job.image.accel = accel;
+    job.image.view = view;
+    job.image.width = width;
+    job.image.height = height;
+    atomic_init(&job.image.hits, 0); /* of rays, here */
+    pbnds_parallel_for((size_t)height, bare_paths_row, &job);
+    return atomic_load(&job.image.hits);
+}
+
 static uint64_t hash_position(struct pbnds_vec3 p)
 {
     const float zero = 0.0f; /* -0 is 0 */

@@ -76,6 +76,13 @@ uint64_t pbnds_accel_bare_primary(const struct pbnds_accel *accel,
                                   const struct pbnds_camera_view *view, int width,
                                   int height);
 
+/** The same for paths: from a ray through each pixel's centre on, as often as `paths` says,
+ *  up to `bounces` surfaces, each left along a random direction of the hemisphere about the
+ *  face, with one shadow ray along another. @return how many rays were cast */
+uint64_t pbnds_accel_bare_paths(const struct pbnds_accel *accel,
+                                const struct pbnds_camera_view *view, int width,
+                                int height, int paths, int bounces);
+
 /** Start of a secondary ray: p moved off the surface along ng (which must face the new
  *  direction's side) by an amount scaled to float precision. Waechter and Binder 2019, "A
  *  Fast and Robust Method for Avoiding Self-Intersection". */

@@ -490,6 +490,33 @@ static void tiles_and_threads_change_nothing(void **state)
     free_mesh(mesh);
 }
 
+/* What the bench compares with does the same work. */
+static void bare_rays_hit_what_the_pass_hits(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct pbnds_error error;
+    fixture_init(&f);
+    struct pbnds_mesh *mesh = fixture_sphere(&f, pbnds_vec3_make(0, 0, 0), 1.0f, 30);
+    const struct pbnds_camera c =
+        camera_at(pbnds_vec3_make(1, 2, 2), pbnds_vec3_make(0.1f, 0, 0), 50.0f);
+    struct pbnds_accel *accel;
+    assert_int_equal(pbnds_accel_create(&f.scene, &accel, &error), PBNDS_OK);
+    struct pbnds_gbuffer g = cast(&f, &c, 128, 96);
+    double covered = 0.0;
+    for (size_t i = 0; i < 128 * 96; ++i)
+        covered += (double)g.coverage[i];
+    const struct pbnds_camera_view view = pbnds_camera_view(&c, 128, 96);
+    assert_near((double)pbnds_accel_bare_primary(accel, &view, 128, 96), covered, 2.0);
+    /* Off a convex body every path ends after one bounce: the primary ray, then a shadow
+     * ray and the next ray of each hit. */
+    assert_near((double)pbnds_accel_bare_paths(accel, &view, 128, 96, 2, 8),
+                2.0 * (128.0 * 96.0 + 2.0 * covered), 0.01 * covered);
+    pbnds_gbuffer_free(&g);
+    pbnds_accel_free(accel);
+    free_mesh(mesh);
+}
+
 static void sizes_are_checked(void **state)
 {
     (void)state;
@@ -557,6 +584,7 @@ int main(void)
         cmocka_unit_test(motion_known_answers),
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(tiles_and_threads_change_nothing),
+        cmocka_unit_test(bare_rays_hit_what_the_pass_hits),
         cmocka_unit_test(sizes_are_checked),
         cmocka_unit_test(a_stop_leaves_nothing),
     };
