@@ -148,6 +148,8 @@ enum pbnds_status tool_world_scene(const struct tool_options *options, const cha
     PBNDS_TRY(pbnds_gltf_load(path, &gltf, tool_report(), &world->scene, error));
     PBNDS_TRY(tool_check_stop(error));
     if (options->no_scene_lights) world->scene.light_count = 0;
+    for (int i = 0; options->backfaces && i < world->scene.material_count; ++i)
+        world->scene.materials[i].double_sided = true;
     struct pbnds_camera camera, *previous = NULL;
     PBNDS_TRY(pick_camera(options, &world->scene, path, (float)width / (float)height,
                           &camera, &previous, error));

@@ -30,8 +30,10 @@ struct pbnds_accel {
     RTCDevice device;
     RTCScene scene;
     struct cutout *cutouts; /* one a mesh; only those of filtered meshes are used */
-    bool blends;            /* some BLEND surface is not solid */
-    char fault[256];        /* Embree's own words on its first error */
+    bool *one_sided; /* one a mesh                                               */
+    bool culls;      /* some mesh is one-sided                                   */
+    bool blends;     /* some BLEND surface is not solid */
+    char fault[256]; /* Embree's own words on its first error */
     enum RTCError code;
 };
 
@@ -91,13 +93,23 @@ static void fill_packet(struct RTCRay16 *out, int *valid, const struct pbnds_ray
     }
 }
 
+static const struct pbnds_query culling = {.max_t = INFINITY, .cull = true};
 static const struct pbnds_hit miss = {INFINITY, 0.0f, 0.0f, UINT32_MAX, UINT32_MAX};
 
 /* The context of our queries: what the alpha filter needs to know of the ray. */
 struct context {
     struct RTCIntersectContext embree; /* first, so that the two can be cast */
     const struct pbnds_query *query;   /* NULL: the plain rule */
+    const bool *one_sided;             /* a mesh; for cull_filter()                  */
 };
+
+static void cull_filter(const struct RTCFilterFunctionNArguments *args);
+
+/* Is the surface of a hit seen from the side that its material does not have? */
+static bool is_behind(const struct pbnds_accel *accel, uint32_t mesh, float ng_dot_ray)
+{
+    return ng_dot_ray > 0.0f && accel->one_sided[mesh];
+}
 
 void pbnds_accel_intersect_query(const struct pbnds_accel *accel,
                                  const struct pbnds_ray *ray,
@@ -105,8 +117,9 @@ void pbnds_accel_intersect_query(const struct pbnds_accel *accel,
 {
     *hit = miss;
     if (!usable(ray) || !(how->max_t > how->min_t)) return;
-    struct context context = {.query = how};
+    struct context context = {.query = how, .one_sided = accel->one_sided};
     rtcInitIntersectContext(&context.embree);
+    if (how->cull && accel->culls) context.embree.filter = cull_filter;
     struct RTCRayHit query;
     fill_ray(&query.ray, ray, how->min_t, how->max_t);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -153,6 +166,16 @@ bool pbnds_accel_blends(const struct pbnds_accel *accel)
     return accel->blends;
 }
 
+/* Only where a surface faces away is a second look needed; it is rare. */
+PBNDS_LANES_CODE
+static void ng_dot_rays(const struct RTCRayHit16 *query, float side[PBNDS_PACKET])
+{
+    for (int i = 0; i < PBNDS_PACKET; ++i)
+        side[i] = query->hit.Ng_x[i] * query->ray.dir_x[i] +
+                  query->hit.Ng_y[i] * query->ray.dir_y[i] +
+                  query->hit.Ng_z[i] * query->ray.dir_z[i];
+}
+
 void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
                                   const struct pbnds_ray *rays, int count,
                                   struct pbnds_hit *hits)
@@ -169,9 +192,13 @@ void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
     rtcInitIntersectContext(&context.embree);
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, accel->scene, &context.embree, &query);
+    float side[PBNDS_PACKET];
+    ng_dot_rays(&query, side);
     for (int i = 0; i < count && i < PBNDS_PACKET; ++i) {
         if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
             hits[i] = miss;
+        } else if (is_behind(accel, query.hit.geomID[i], side[i])) {
+            pbnds_accel_intersect_query(accel, &rays[i], &culling, &hits[i]);
         } else {
             hits[i] =
                 (struct pbnds_hit){query.ray.tfar[i], query.hit.u[i], query.hit.v[i],
@@ -244,6 +271,23 @@ void pbnds_accel_intersect_lanes(const struct pbnds_accel *accel,
     context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(valid, accel->scene, &context.embree, &query);
     take_lanes(&query, hits);
+    if (!accel->culls) return;
+    float side[PBNDS_PACKET];
+    ng_dot_rays(&query, side);
+    for (int i = 0; i < PBNDS_PACKET; ++i) {
+        if (side[i] <= 0.0f || hits->mesh[i] == UINT32_MAX) continue;
+        if (!is_behind(accel, hits->mesh[i], side[i])) continue;
+        const struct pbnds_ray ray = {
+            {rays->origin[0][i], rays->origin[1][i], rays->origin[2][i]},
+            {rays->direction[0][i], rays->direction[1][i], rays->direction[2][i]}};
+        struct pbnds_hit hit;
+        pbnds_accel_intersect_query(accel, &ray, &culling, &hit);
+        hits->t[i] = hit.t;
+        hits->u[i] = hit.u;
+        hits->v[i] = hit.v;
+        hits->mesh[i] = hit.mesh;
+        hits->triangle[i] = hit.triangle;
+    }
 }
 
 void pbnds_accel_occluded_packet(const struct pbnds_accel *accel,
@@ -490,6 +534,23 @@ static void alpha_filter(const struct RTCFilterFunctionNArguments *args)
     }
 }
 
+/* Called for every candidate hit of a query that culls; refuses back faces. */
+static void cull_filter(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct context *context = (const struct context *)(const void *)args->context;
+    const size_t n = args->N;
+    /* RTCRayN is org_x, org_y, org_z, tnear, dir_x, ...; RTCHitN ends with geomID. */
+    const float *ray = (const float *)(const void *)args->ray;
+    const float *hit = (const float *)(const void *)args->hit;
+    const unsigned *mesh = (const unsigned *)(const void *)(hit + 6 * n);
+    for (size_t i = 0; i < n; ++i) {
+        if (!args->valid[i] || !context->one_sided[mesh[i]]) continue;
+        const float away = hit[i] * ray[4 * n + i] + hit[n + i] * ray[5 * n + i] +
+                           hit[2 * n + i] * ray[6 * n + i];
+        if (away > 0.0f) args->valid[i] = 0;
+    }
+}
+
 /* Building. */
 
 static void note_fault(void *user, enum RTCError code, const char *text)
@@ -565,6 +626,8 @@ static enum pbnds_status add_mesh(struct pbnds_accel *accel,
                                    mesh->triangle_count);
         const struct pbnds_material *m = &scene->materials[mesh->material];
         struct cutout *cutout = &accel->cutouts[id];
+        accel->one_sided[id] = !m->double_sided;
+        accel->culls = accel->culls || !m->double_sided;
         cutout->scene = scene;
         cutout->mesh = id;
         cutout->cutoff = m->alpha_mode == PBNDS_ALPHA_MASK ? m->alpha_cutoff : 0.5f;
@@ -600,7 +663,8 @@ static enum pbnds_status build(struct pbnds_accel *accel,
     accel->scene = rtcNewScene(accel->device);
     if (!accel->scene) return fail_embree(accel, "made a scene", error);
     /* Robust: no ray slips through the edge that two triangles share. */
-    rtcSetSceneFlags(accel->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneFlags(accel->scene,
+                     RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(accel->scene, RTC_BUILD_QUALITY_MEDIUM);
     for (int i = 0; i < scene->mesh_count; ++i) {
         PBNDS_TRY(add_mesh(accel, scene, (uint32_t)i, error));
@@ -621,8 +685,9 @@ enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
         return pbnds_fail(error, PBNDS_ERROR_MEMORY, "the ray caster: out of memory");
     const size_t count = scene->mesh_count > 0 ? (size_t)scene->mesh_count : 1;
     made->cutouts = calloc(count, sizeof *made->cutouts);
+    made->one_sided = calloc(count, sizeof *made->one_sided);
     enum pbnds_status status =
-        made->cutouts
+        made->cutouts && made->one_sided
             ? build(made, scene, error)
             : pbnds_fail(error, PBNDS_ERROR_MEMORY,
                          "the ray caster: out of memory for %zu meshes", count);
@@ -640,6 +705,7 @@ void pbnds_accel_free(struct pbnds_accel *accel)
     if (accel->scene) rtcReleaseScene(accel->scene);
     if (accel->device) rtcReleaseDevice(accel->device);
     free(accel->cutouts);
+    free(accel->one_sided);
     free(accel);
 }
 

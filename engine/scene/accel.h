@@ -3,6 +3,10 @@
  * The BVH: Embree 3 behind a small interface (accel.c is the only file that includes it).
  * Queries are thread-safe.
  *
+ * Back faces. Camera rays (packets, and queries with `cull`) do not see a surface from
+ * behind unless its material is double sided (glTF 2.0, 3.9.6). Other rays do: light does
+ * not pass through a wall that the camera looks through.
+ *
  * Transparency, decided by an intersection filter. A ray without a seed sees a MASK
  * surface where alpha >= its cutoff and a BLEND surface where alpha >= 1/2, and nothing
  * of them elsewhere. A stochastic ray sees a BLEND surface with probability alpha: the
@@ -37,6 +41,7 @@ struct pbnds_query {
     bool stochastic;  /**< BLEND by chance                                           */
     bool blend_solid; /**< BLEND and MASK surfaces stop the ray wherever alpha > 0
                              (MASK: >= cutoff); for callers that weigh layers themselves */
+    bool cull;        /**< one-sided surfaces are not there from behind              */
     uint32_t seed;    /**< of a stochastic ray                                       */
 };
 

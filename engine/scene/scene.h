@@ -177,7 +177,7 @@ extern "C" {
 void pbnds_scene_free(struct pbnds_scene *scene);
 
 /** Interpolates and evaluates the material at a hit; wo is unit, to the eye. Back faces of
- *  one-sided materials are seen as if double sided (the ray hit them all the same).
+ *  one-sided materials are as if double sided: rays other than the camera's meet them.
  *  @param footprint  width of the ray's cone at the hit, metres, across the ray: textures
  *                    are averaged over it (mip maps); 0: finest level */
 void pbnds_scene_surface(const struct pbnds_scene *scene, const struct pbnds_hit *hit,

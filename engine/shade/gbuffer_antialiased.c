@@ -212,7 +212,7 @@ static void add_surface(const struct job *job, struct bench *bench, struct pixel
 static void add_layers(const struct job *job, struct bench *bench, struct pixel *pixel,
                        const struct pbnds_ray *ray)
 {
-    struct pbnds_query query = {0.0f, INFINITY, false, true, 0};
+    struct pbnds_query query = {.max_t = INFINITY, .blend_solid = true, .cull = true};
     struct pbnds_hit hit, last = {0.0f, 0.0f, 0.0f, UINT32_MAX, 0};
     float through = 1.0f;
     for (int layer = 0; layer < LAYERS_MAX && through >= TRANSMITTANCE_MIN; ++layer) {

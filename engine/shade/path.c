@@ -264,7 +264,8 @@ bool pbnds_path_trace_camera(const struct pbnds_path_world *world,
 {
     struct path path = {
         .world = world, .sampler = sampler, .throughput = {1.0f, 1.0f, 1.0f}};
-    const struct pbnds_query how = query(&path, PBNDS_PATH_SET_PIXEL, INFINITY);
+    struct pbnds_query how = query(&path, PBNDS_PATH_SET_PIXEL, INFINITY);
+    how.cull = true;
     struct pbnds_hit hit;
     pbnds_accel_intersect_query(world->accel, ray, &how, &hit);
     *light = path.light;

@@ -72,7 +72,8 @@ static bool starts_opaque(const struct trace *trace, int x, int y)
 {
     const struct pbnds_ray ray =
         pbnds_camera_view_ray(&trace->view, (float)x + 0.5f, (float)y + 0.5f);
-    const struct pbnds_query how = {.max_t = INFINITY, .blend_solid = true};
+    const struct pbnds_query how = {
+        .max_t = INFINITY, .blend_solid = true, .cull = true};
     struct pbnds_hit hit;
     pbnds_accel_intersect_query(trace->world.accel, &ray, &how, &hit);
     if (hit.mesh == UINT32_MAX) return false;

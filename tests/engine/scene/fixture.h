@@ -33,6 +33,7 @@ static inline void fixture_init(struct fixture *f)
         *m = pbnds_material_default();
         m->base_color = (struct pbnds_vec4){0.5f, 0.5f, 0.5f, 1.0f};
         m->metallic = 0.0f;
+        m->double_sided = true; /* the fixtures care little for winding */
         m->normal_scale = 1.0f;
         m->alpha_cutoff = 0.5f;
         m->base_color_texture.texture = -1;

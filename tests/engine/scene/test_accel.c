@@ -1,6 +1,7 @@
 #include "tests/test.h"
 
 #include "engine/scene/accel.h"
+#include "engine/scene/packet.h"
 #include "tests/engine/scene/fixture.h"
 
 static struct pbnds_accel *build(const struct fixture *f)
@@ -450,6 +451,79 @@ static void an_offset_origin_never_meets_its_own_triangle(void **state)
     assert_near(q.z, -1.0 / 65536, 0.0);
 }
 
+/* A ray down -z meets, in this order: the back of a one-sided square at z = 3, the back of
+ * a one-sided one at z = 2 that lies on the front of another, and the front at z = 1. What
+ * stands at `want` is seen by every kind of camera ray. */
+static void camera_sees(const struct pbnds_accel *accel, uint32_t want, float t)
+{
+    struct pbnds_ray ray = {{0.25f, 0.5f, 10.0f}, {0.0f, 0.0f, -1.0f}};
+    struct pbnds_ray rays[PBNDS_PACKET];
+    struct pbnds_ray_packet lanes;
+    struct pbnds_hit hits[PBNDS_PACKET], hit;
+    struct pbnds_hit_packet got;
+    for (int i = 0; i < PBNDS_PACKET; ++i) {
+        rays[i] = ray;
+        const float o[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+        for (int c = 0; c < 3; ++c) {
+            lanes.origin[c][i] = o[c];
+            lanes.direction[c][i] = c == 2 ? -1.0f : 0.0f;
+        }
+    }
+    const struct pbnds_query query = {.max_t = INFINITY, .cull = true};
+    pbnds_accel_intersect_query(accel, &ray, &query, &hit);
+    pbnds_accel_intersect_packet(accel, rays, PBNDS_PACKET, hits);
+    pbnds_accel_intersect_lanes(accel, &lanes, &got);
+    assert_int_equal(hit.mesh, want);
+    for (int i = 0; i < PBNDS_PACKET; ++i) {
+        assert_int_equal(hits[i].mesh, want);
+        assert_int_equal(got.mesh[i], want);
+        if (want == UINT32_MAX) continue;
+        assert_near(hits[i].t, t, 1e-5);
+        assert_near(got.t[i], t, 1e-5);
+    }
+}
+
+static void cameras_do_not_see_one_sided_surfaces_from_behind(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct pbnds_vec3 p[4][3];
+    uint32_t front[3] = {0, 1, 2}, back[3] = {0, 2, 1};
+    static const float z[4] = {3.0f, 2.0f, 2.0f, 1.0f};
+    for (int facing = 0; facing < 2; ++facing) {
+        fixture_init(&f);
+        for (int m = 0; m < 4; ++m) {
+            p[m][0] = pbnds_vec3_make(-4.0f, -4.0f, z[m]);
+            p[m][1] = pbnds_vec3_make(4.0f, -4.0f, z[m]);
+            p[m][2] = pbnds_vec3_make(0.0f, 8.0f, z[m]);
+            /* 0 and 1 show their backs; 2, on 1, its front where `facing` */
+            const bool shows = m == 3 || (m == 2 && facing);
+            fixture_mesh(&f, p[m], 3, shows ? front : back, 1)->material = m;
+            f.materials[m].double_sided = false;
+        }
+        struct pbnds_accel *accel = build(&f);
+        camera_sees(accel, facing ? 2 : 3, facing ? 8.0f : 9.0f);
+        /* Light is stopped by what the camera looks through. */
+        const struct pbnds_ray ray = {{0.25f, 0.5f, 10.0f}, {0.0f, 0.0f, -1.0f}};
+        struct pbnds_hit hit;
+        pbnds_accel_intersect(accel, &ray, &hit);
+        assert_int_equal(hit.mesh, 0);
+        assert_true(pbnds_accel_occluded(accel, &ray, 7.5f));
+        pbnds_accel_free(accel);
+        f.materials[1].double_sided = true;
+        f.materials[2].double_sided = false;
+        accel = build(&f);
+        if (!facing) camera_sees(accel, 1, 8.0f);
+        pbnds_accel_free(accel);
+    }
+    fixture_init(&f);
+    fixture_mesh(&f, p[0], 3, back, 1);
+    f.materials[0].double_sided = false;
+    struct pbnds_accel *accel = build(&f);
+    camera_sees(accel, UINT32_MAX, 0.0f);
+    pbnds_accel_free(accel);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -460,6 +534,7 @@ int main(void)
         cmocka_unit_test(masks_are_cut_out),
         cmocka_unit_test(an_empty_scene_is_all_misses),
         cmocka_unit_test(a_bad_index_is_refused),
+        cmocka_unit_test(cameras_do_not_see_one_sided_surfaces_from_behind),
         cmocka_unit_test(an_offset_origin_never_meets_its_own_triangle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

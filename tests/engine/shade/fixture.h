@@ -37,6 +37,7 @@ static inline struct pbnds_material matte(float albedo)
     m.base_color = (struct pbnds_vec4){albedo, albedo, albedo, 1.0f};
     m.metallic = 0.0f;
     m.ior_f0 = 0.0f;
+    m.double_sided = true; /* the fixtures care little for winding */
     return m;
 }
 
