@@ -11,7 +11,8 @@ struct pbnds_vec3 pbnds_gltf_direction(struct pbnds_vec3 v)
     if (length > 1e-15f && length < INFINITY) return pbnds_scale(v, 1.0f / length);
     /* Squares have left the range of float where the vector has not. */
     const float most = fmaxf(fabsf(v.x), fmaxf(fabsf(v.y), fabsf(v.z)));
-    if (!(most > 0.0f && most < INFINITY)) return pbnds_splat(0.0f);
+    const bool finite = isfinite(v.x) && isfinite(v.y) && isfinite(v.z);
+    if (!finite || most == 0.0f) return pbnds_splat(0.0f);
     v = pbnds_vec3_make(v.x / most, v.y / most, v.z / most);
     return pbnds_scale(v, 1.0f / pbnds_length(v));
 }
