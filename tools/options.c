@@ -70,6 +70,8 @@ static const struct row rows[] = {
      "which variant of the materials (KHR_materials_variants; default: none)", NULL},
     {"backfaces", KIND_FLAG, AT(backfaces), 0, 0, CASTS, GROUP_CAMERA, NULL,
      "see one-sided surfaces from behind too (glTF hides them)", NULL},
+    {"no-mips", KIND_FLAG, AT(no_mips), 0, 0, CASTS, GROUP_CAMERA, NULL,
+     "read textures at their finest level, not averaged over the pixel", NULL},
     {"allow-external", KIND_FLAG, AT(allow_external), 0, 0, READS, GROUP_CAMERA, NULL,
      "let the scene open files outside of its folder", NULL},
     {"max-geometry", KIND_INT, AT(max_geometry_mb), 1, 1 << 24, READS, GROUP_CAMERA,

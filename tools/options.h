@@ -50,7 +50,7 @@ struct tool_options {
     double time; /**< seconds; < 0: not given, the pose of the nodes */
 
     const char *scene, *variant, *animation; /**< of the file, by name or index */
-    bool allow_external, backfaces;
+    bool allow_external, backfaces, no_mips;
     int max_geometry_mb, max_images_mb, max_image_side, max_file_mb; /**< 0: default */
 
     const char *env;

@@ -9,6 +9,7 @@
 
 #include "engine/image/oiio.h"
 #include "engine/scene/gltf.h"
+#include "engine/scene/maps.h"
 #include "tools/console.h"
 #include "tools/shipped.h"
 
@@ -148,6 +149,10 @@ enum pbnds_status tool_world_scene(const struct tool_options *options, const cha
     PBNDS_TRY(pbnds_gltf_load(path, &gltf, tool_report(), &world->scene, error));
     PBNDS_TRY(tool_check_stop(error));
     if (options->no_scene_lights) world->scene.light_count = 0;
+    if (options->no_mips) {
+        pbnds_maps_free(world->scene.maps);
+        world->scene.maps = NULL;
+    }
     for (int i = 0; options->backfaces && i < world->scene.material_count; ++i)
         world->scene.materials[i].double_sided = true;
     struct pbnds_camera camera, *previous = NULL;
