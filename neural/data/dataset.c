@@ -87,6 +87,10 @@ static enum pbnds_status load_scene(struct maker *m, const struct pbnds_asset *a
     pbnds_scene_free(&m->scene);
     m->loaded = -1;
     PBNDS_TRY(pbnds_gltf_load(asset->path, NULL, NULL, &m->scene, error));
+    /* A wall that stops light and that the camera looks through is nothing to learn from:
+     * the G-buffer does not tell of it. */
+    for (int i = 0; i < m->scene.material_count; ++i)
+        m->scene.materials[i].double_sided = true;
     PBNDS_TRY(pbnds_accel_create(&m->scene, &m->accel, error));
     m->loaded = index;
     return PBNDS_OK;
