@@ -10,7 +10,7 @@
  * Transparency, decided by an intersection filter. A ray without a seed sees a MASK
  * surface where alpha >= its cutoff and a BLEND surface where alpha >= 1/2, and nothing
  * of them elsewhere. A stochastic ray sees a BLEND surface with probability alpha: the
- * choice is a hash of (seed, mesh, triangle), so that the mean over seeds is the
+ * choice is a hash of (seed, mesh, layer), so that the mean over seeds is the
  * composite over all layers, in any order of traversal. Triangles that share the edge or
  * corner that a ray meets are one layer.
  */
@@ -62,7 +62,8 @@ void pbnds_accel_intersect(const struct pbnds_accel *accel, const struct pbnds_r
 /** Is anything in (0, max_t)? max_t may be INFINITY. */
 bool pbnds_accel_occluded(const struct pbnds_accel *accel, const struct pbnds_ray *ray,
                           float max_t);
-/** The same for `count` <= PBNDS_PACKET coherent rays at once. */
+/** The same for `count` <= PBNDS_PACKET coherent camera rays at once: one-sided surfaces
+ *  are not there from behind. */
 void pbnds_accel_intersect_packet(const struct pbnds_accel *accel,
                                   const struct pbnds_ray *rays, int count,
                                   struct pbnds_hit *hits);

@@ -83,11 +83,6 @@ static void brdf_sample(struct point *point, const struct pbnds_sampler *sampler
     add_light(point, s.wi, pbnds_scale(light, cos_i / pdf), sampler, SET_BRDF);
 }
 
-static struct pbnds_vec3 plane3(float *const plane[3], size_t i)
-{
-    return pbnds_vec3_make(plane[0][i], plane[1][i], plane[2][i]);
-}
-
 static struct pbnds_sampler sampler_of(const struct point *point, int s)
 {
     const struct pass *pass = point->pass;
@@ -144,10 +139,10 @@ static struct pbnds_vec3 reflected(const struct pass *pass, int x, int y, size_t
     if (!pass->job->envmap && lights == 0) return sum;
     struct point point = {.pass = pass, .pixel = i};
     pass->model->load(&point.lobe, g, i);
-    point.n = plane3(g->normal, i);
-    point.ng = plane3(g->geometric_normal, i);
+    point.n = pbnds_gbuffer_vec3(g->normal, i);
+    point.ng = pbnds_gbuffer_vec3(g->geometric_normal, i);
     point.wo = pbnds_gbuffer_wo(g, x, y);
-    point.position = plane3(g->position, i);
+    point.position = pbnds_gbuffer_vec3(g->position, i);
     point.origin = pbnds_offset_origin(point.position, point.ng);
     if (pass->job->envmap) sum = from_map(&point);
     for (int light = 0; light < lights; ++light)
@@ -164,7 +159,7 @@ static void shade_tile(void *context, const struct pbnds_tile *tile)
             const size_t i = (size_t)y * (size_t)g->width + (size_t)x;
             if (!(g->coverage[i] > 0.0f)) continue;
             const struct pbnds_vec3 sum =
-                pbnds_add(plane3(g->emission, i), reflected(pass, x, y, i));
+                pbnds_add(pbnds_gbuffer_vec3(g->emission, i), reflected(pass, x, y, i));
             float *out = pbnds_image_at(pass->radiance, x, y);
             out[0] = sum.x, out[1] = sum.y, out[2] = sum.z;
         }

@@ -203,6 +203,11 @@ enum pbnds_status pbnds_gbuffer_read(const char *path, struct pbnds_gbuffer *gbu
                                      struct pbnds_exr *exr,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** Entry i of three planes, e.g. gbuffer->normal. */
+static inline struct pbnds_vec3 pbnds_gbuffer_vec3(float *const plane[3], size_t i)
+{
+    return pbnds_vec3_make(plane[0][i], plane[1][i], plane[2][i]);
+}
 /** Unit vector from the pixel's surface to the eye, world. */
 struct pbnds_vec3 pbnds_gbuffer_wo(const struct pbnds_gbuffer *gbuffer, int x, int y);
 

@@ -39,11 +39,6 @@ struct block {
     int hits;
 };
 
-static struct pbnds_vec3 plane3(float *const plane[3], size_t i)
-{
-    return pbnds_vec3_make(plane[0][i], plane[1][i], plane[2][i]);
-}
-
 static struct pbnds_ray camera_ray(const struct trace *trace, int x, int y,
                                    const struct pbnds_sampler *sampler)
 {
@@ -114,7 +109,8 @@ static void trace_block(const struct trace *trace, int x, int y, size_t i,
         block->direct = pbnds_add(block->direct, light.direct);
     }
     if (first) {
-        const struct pbnds_vec3 emission = plane3(trace->job->gbuffer->emission, i);
+        const struct pbnds_vec3 emission =
+            pbnds_gbuffer_vec3(trace->job->gbuffer->emission, i);
         block->total = pbnds_mad(block->total, emission, (float)(end - begin));
         block->direct = pbnds_mad(block->direct, emission, (float)(end - begin));
     }
@@ -158,8 +154,8 @@ static void trace_pixel(struct trace *trace, int x, int y)
     if (start == START_NOWHERE) return;
     struct pbnds_path_vertex first;
     if (start == START_SURFACE) {
-        first.position = plane3(g->position, i);
-        first.ng = plane3(g->geometric_normal, i);
+        first.position = pbnds_gbuffer_vec3(g->position, i);
+        first.ng = pbnds_gbuffer_vec3(g->geometric_normal, i);
         first.wo = pbnds_gbuffer_wo(g, x, y);
         first.bsdf = pbnds_bsdf_from_gbuffer(g, i);
     }

@@ -175,5 +175,15 @@ if command -v oiiotool >/dev/null && command -v idiff >/dev/null; then
 else
     echo "openimageio-tools are not installed: not compared"
 fi
+
+# The floor is one-sided: from below the camera looks through it, unless told not to.
+below="--size 40x40 --look 0,-70"
+run 0 "$PBNDS" gbuffer box.gltf -o hidden.exr $below
+run 0 "$PBNDS" gbuffer box.gltf -o shown.exr $below --backfaces
+check python3 - <<'PY'
+import exr
+covered = [sum(map(sum, exr.read(f + ".exr")[2]["coverage.A"])) for f in ("hidden", "shown")]
+assert 0 < covered[0] < 100 < 500 < covered[1], covered
+PY
 clean_folder .
 finish
