@@ -8,8 +8,8 @@
 #include "engine/core/file.h"
 #include "engine/core/parallel.h"
 #include "scenes/generator/chart.h"
+#include "scenes/generator/generate.h"
 #include "scenes/generator/hdr.h"
-#include "scenes/generator/layout.h"
 #include "scenes/generator/sky.h"
 #include "scenes/generator/still.h"
 #include "scenes/generator/trial.h"
@@ -49,14 +49,13 @@ static enum pbnds_status write_world(const struct options *o, uint64_t number,
                                      struct pbnds_error *error)
 {
     char path[4096];
-    struct gen_world *w = calloc(1, sizeof *w);
-    if (!w) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a world");
+    uint8_t *glb;
+    size_t size;
     (void)snprintf(path, sizeof path, "%s/world_%05llu.glb", o->folder,
                    (unsigned long long)number);
-    gen_random_world(w, o->seed, number);
-    const enum pbnds_status status = gen_glb_write(w, path, error);
-    gen_world_free(w);
-    free(w);
+    PBNDS_TRY(pbnds_world_generate(o->seed, number, &glb, &size, error));
+    const enum pbnds_status status = pbnds_file_write(path, glb, size, error);
+    free(glb);
     return status;
 }
 
@@ -64,13 +63,11 @@ static enum pbnds_status write_sky(const struct options *o, uint64_t number,
                                    struct pbnds_error *error)
 {
     char path[4096];
-    struct gen_sky sky;
     float *rgb = malloc(sizeof(float) * 3 * SKY_WIDTH * SKY_HEIGHT);
     if (!rgb) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a sky");
     (void)snprintf(path, sizeof path, "%s/sky_%05llu.hdr", o->folder,
                    (unsigned long long)number);
-    gen_random_sky(&sky, o->seed, number);
-    gen_sky_render(&sky, SKY_WIDTH, SKY_HEIGHT, rgb);
+    pbnds_sky_generate(o->seed, number, SKY_WIDTH, SKY_HEIGHT, rgb);
     const enum pbnds_status status =
         gen_hdr_write(path, rgb, SKY_WIDTH, SKY_HEIGHT, error);
     free(rgb);

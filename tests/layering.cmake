@@ -14,7 +14,7 @@ function(forbid pattern where except)
 endfunction()
 
 # Each foreign library is seen by one file, wherever in the tree.
-foreach(where engine neural tools)
+foreach(where engine neural scenes tools)
     forbid("#include <embree" ${where} "^engine/scene/accel\\.c$")
     forbid("#include <(oneapi/dnnl/)?dnnl" ${where} "^neural/backend/dnn\\.c$")
     forbid("#include <(OpenEXR/)?openexr" ${where} "^engine/image/exr\\.c$")
@@ -23,10 +23,18 @@ foreach(where engine neural tools)
     forbid("#include <draco" ${where} "^engine/scene/gltf/draco\\.cpp$")
     forbid("#include <meshoptimizer" ${where} "^engine/scene/gltf/meshopt\\.c(pp)?$")
     forbid("#include <omp" ${where} "^engine/core/parallel\\.c$")
+    forbid("#include <zlib" ${where} "^scenes/generator/pack\\.c$")
 endforeach()
-# The engine does not know the network; libraries neither print nor end the process.
+# The engine knows neither the network nor the generator, which in its turn knows of the
+# engine only its core; data sets know the generator by its public header. Libraries
+# neither print nor end the process.
 forbid("#include \"neural/" engine "^$")
 forbid("#include \"tools/" engine "^$")
 forbid("#include \"tools/" neural "^$")
+forbid("#include \"scenes/" engine "^$")
+forbid("#include \"(neural|tools|engine/(image|scene|shade))/" scenes "^$")
+forbid("#include \"scenes/generator/([^g]|g[^e]|ge[^n])" neural "^$")
+forbid("#include \"scenes/" neural "^neural/data/")
 forbid("[^a-z_](exit|abort|printf|puts) ?\\(" engine "^$")
 forbid("[^a-z_](exit|abort|printf|puts) ?\\(" neural "^$")
+forbid("[^a-z_](exit|abort|printf|puts) ?\\(" scenes/generator "^$")

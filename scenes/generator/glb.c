@@ -341,12 +341,24 @@ static void add_word(struct gen_bytes *b, size_t x)
     gen_bytes_add(b, bytes, 4);
 }
 
-enum pbnds_status gen_glb_write(struct gen_world *w, const char *path,
-                                struct pbnds_error *error)
+static void add_file(struct gen_bytes *file, const struct gen_bytes *json,
+                     const struct gen_bytes *bin)
+{
+    gen_bytes_add(file, "glTF", 4);
+    add_word(file, 2);
+    add_word(file, 12 + 8 + json->size + 8 + bin->size);
+    add_word(file, json->size);
+    gen_bytes_add(file, "JSON", 4);
+    gen_bytes_add(file, json->data, json->size);
+    add_word(file, bin->size);
+    gen_bytes_add(file, "BIN\0", 4);
+    gen_bytes_add(file, bin->data, bin->size);
+}
+
+bool gen_glb_make(const struct gen_world *w, struct gen_bytes *file)
 {
     struct glb g = {.view_count = 0};
-    struct gen_bytes json = {.size = 0}, file = {.size = 0};
-    enum pbnds_status status;
+    struct gen_bytes json = {.size = 0};
     gen_bytes_print(&json, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"pbnds\"}");
     print_meshes(&g, &json, w);
     print_nodes(&json, w);
@@ -360,26 +372,24 @@ enum pbnds_status gen_glb_write(struct gen_world *w, const char *path,
     gen_bytes_align(&g.bin, 0);
     gen_bytes_print(&json, "],\"buffers\":[{\"byteLength\":%zu}]}", g.bin.size);
     gen_bytes_align(&json, ' ');
-    gen_bytes_add(&file, "glTF", 4);
-    add_word(&file, 2);
-    add_word(&file, 12 + 8 + json.size + 8 + g.bin.size);
-    add_word(&file, json.size);
-    gen_bytes_add(&file, "JSON", 4);
-    gen_bytes_add(&file, json.data, json.size);
-    add_word(&file, g.bin.size);
-    gen_bytes_add(&file, "BIN\0", 4);
-    gen_bytes_add(&file, g.bin.data, g.bin.size);
-    if (w->failed || g.bin.failed || g.views.failed || g.accessors.failed ||
-        json.failed || file.failed) {
-        status =
-            pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for the scene", path);
-    } else {
-        status = pbnds_file_write(path, file.data, file.size, error);
-    }
+    add_file(file, &json, &g.bin);
+    const bool failed = w->failed || g.bin.failed || g.views.failed ||
+                        g.accessors.failed || json.failed || file->failed;
     gen_bytes_free(&g.bin);
     gen_bytes_free(&g.views);
     gen_bytes_free(&g.accessors);
     gen_bytes_free(&json);
+    return !failed;
+}
+
+enum pbnds_status gen_glb_write(const struct gen_world *w, const char *path,
+                                struct pbnds_error *error)
+{
+    struct gen_bytes file = {.size = 0};
+    const enum pbnds_status status =
+        gen_glb_make(w, &file) ? pbnds_file_write(path, file.data, file.size, error)
+                               : pbnds_fail(error, PBNDS_ERROR_MEMORY,
+                                            "%s: no memory for the scene", path);
     gen_bytes_free(&file);
     return status;
 }

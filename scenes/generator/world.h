@@ -106,8 +106,11 @@ int gen_world_material(struct gen_world *w, const struct gen_material *material)
 /** Encodes and keeps an image. @return its index, -1 when there is no room */
 int gen_world_image(struct gen_world *w, const uint8_t *rgb, int width, int height);
 
-/** Writes the binary glTF 2.0 file, atomically. */
-enum pbnds_status gen_glb_write(struct gen_world *w, const char *path,
+/** Appends the binary glTF 2.0 file of the world. @return false when memory ran out, here
+ *  or while the world was made */
+bool gen_glb_make(const struct gen_world *w, struct gen_bytes *file);
+/** Writes the same to disk, atomically. */
+enum pbnds_status gen_glb_write(const struct gen_world *w, const char *path,
                                 struct pbnds_error *error) PBNDS_NODISCARD;
 
 #endif /* PBNDS_SCENES_WORLD_H */
