@@ -5,7 +5,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "engine/core/color.h"
 #include "engine/image/oiio.h"
 #include "engine/image/sheet.h"
 #include "tools/commands.h"
@@ -82,6 +81,14 @@ static int reference_spp(const struct tool_options *options)
     return options->reference_spp ? options->reference_spp : options->spp;
 }
 
+/* The display values of a picture that was decoded from them. */
+static enum pbnds_status show_picture(struct truth *truth, struct pbnds_error *error)
+{
+    const struct pbnds_display plain = {0.0f, PBNDS_TONEMAP_NONE};
+    truth->display_only = true;
+    return tool_displayed(&truth->linear, &plain, &truth->shown, error);
+}
+
 /* --against FILE, read before anything slow. An 8-bit picture comes back linear; its
  * display values are the code values it was made of. */
 static enum pbnds_status read_truth(struct comparison *c, const char *path,
@@ -90,16 +97,9 @@ static enum pbnds_status read_truth(struct comparison *c, const char *path,
     struct truth *truth = &c->truth;
     truth->name = path;
     PBNDS_TRY(pbnds_image_read_rgb(path, &truth->linear, error));
-    truth->display_only =
-        !tool_has_extension(path, ".exr") && !tool_has_extension(path, ".hdr");
-    if (!truth->display_only) return PBNDS_OK;
-    PBNDS_TRY(pbnds_image_init(&truth->shown, truth->linear.width, truth->linear.height,
-                               3, error));
-    const size_t n = 3 * (size_t)truth->linear.width * (size_t)truth->linear.height;
-    for (size_t i = 0; i < n; ++i) {
-        truth->shown.data[i] = pbnds_srgb_encode(truth->linear.data[i]);
-    }
-    return PBNDS_OK;
+    if (tool_has_extension(path, ".exr") || tool_has_extension(path, ".hdr"))
+        return PBNDS_OK;
+    return show_picture(truth, error);
 }
 
 /* The truth of this view, unless it was read from a file already. */
@@ -111,6 +111,8 @@ static enum pbnds_status make_truth(struct comparison *c, struct pbnds_error *er
         truth->name = options->inputs[0];
         truth->linear = c->world.stored;
         c->world.stored = (struct pbnds_image){0, 0, 0, NULL};
+        if (c->world.stored_target == PBNDS_TARGET_DISPLAY)
+            PBNDS_TRY(show_picture(truth, error));
     } else if (!truth->linear.data) {
         truth->name = "reference";
         if (!c->world.accel) {

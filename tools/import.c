@@ -59,9 +59,11 @@ static void print_result(const struct tool_options *options, const char *path,
 static enum pbnds_status write_result(const struct tool_options *options,
                                       const char *path, const struct pbnds_gbuffer *g,
                                       const struct pbnds_image *radiance,
+                                      enum pbnds_target target,
                                       struct pbnds_error *error)
 {
-    struct pbnds_gbuffer_origin origin = {.env_strength = 1.0f, .seed = options->seed};
+    struct pbnds_gbuffer_origin origin = {
+        .env_strength = 1.0f, .seed = options->seed, .target = target};
     (void)snprintf(origin.arguments, sizeof origin.arguments, "%s", options->arguments);
     return pbnds_gbuffer_write(path, g, &origin, radiance->data ? radiance : NULL, NULL,
                                0, PBNDS_EXR_ZIP, error);
@@ -74,13 +76,14 @@ static enum pbnds_status import_one(const struct tool_options *options, bool ble
     const struct pbnds_import_options how = import_options(options);
     struct pbnds_gbuffer g;
     struct pbnds_image radiance = {0, 0, 0, NULL};
+    enum pbnds_target target = PBNDS_TARGET_RADIANCE;
     struct pbnds_import_notes *notes = malloc(sizeof *notes);
     if (!notes) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
     enum pbnds_status status =
         blender ? pbnds_import_blender(from, &how, &g, &radiance, notes, error)
-                : pbnds_import_images(from, &how, &g, notes, error);
+                : pbnds_import_images(from, &how, &g, &radiance, &target, notes, error);
     if (status == PBNDS_OK) {
-        status = write_result(options, to, &g, &radiance, error);
+        status = write_result(options, to, &g, &radiance, target, error);
         if (status == PBNDS_OK) print_result(options, to, &g, notes);
         pbnds_gbuffer_free(&g);
         pbnds_image_free(&radiance);
@@ -176,9 +179,11 @@ const struct tool_command tool_import = {
         "normal\n"
         "(2 v - 1, +y up), roughness, metallic, specular, depth (.exr: metres; 16 "
         "bit:\n"
-        "millimetres), mask, emission, ao. 8- and 16-bit colours are decoded from "
-        "sRGB.\n"
-        "What is missing gets a default, and is told.\n\n"
+        "millimetres), mask, emission, ao, and photo, the photograph itself, which "
+        "goes along\n"
+        "as R, G, B; its alpha is the mask where there is no other. 8- and 16-bit "
+        "colours are\n"
+        "decoded from sRGB. What is missing gets a default, and is told.\n\n"
         "  pbnds import blender render.exr -o g.exr\n"
         "  pbnds import images maps/ -o g.exr --fov 30 && pbnds shade g.exr -o out.png",
     .run = run,

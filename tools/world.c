@@ -180,6 +180,8 @@ enum pbnds_status tool_world_gbuffer(const struct tool_options *options,
     }
     PBNDS_TRY(pbnds_gbuffer_read(path, &world->gbuffer, &world->origin, &world->stored,
                                  NULL, error));
+    world->stored_target = world->origin.target;
+    world->origin.target = PBNDS_TARGET_RADIANCE; /* of what will be shaded */
     note_origin(options, world);
     return tool_check_stop(error);
 }

@@ -17,6 +17,7 @@ struct tool_world {
     struct pbnds_gbuffer_origin origin; /**< for the header of what is written */
     struct pbnds_image
         stored; /**< the picture that a G-buffer file carries, or empty */
+    enum pbnds_target stored_target; /**< what it is */
     struct pbnds_envmap *envmap; /**< NULL: no light */
 };
 

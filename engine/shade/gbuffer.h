@@ -122,6 +122,13 @@ enum pbnds_depth_kind {
     PBNDS_DEPTH_DISTANCE, /**< from the eye to the point */
 };
 
+/** What R, G, B of a file are. */
+enum pbnds_target {
+    PBNDS_TARGET_RADIANCE, /**< scene-referred, linear                             */
+    PBNDS_TARGET_DISPLAY,  /**< a photograph, its sRGB decoded: the sRGB OETF, and neither
+                                exposure nor tone map, gives the picture           */
+};
+
 /** Where a file came from: its header attributes beside the camera. */
 struct pbnds_gbuffer_origin {
     char env[256]; /**< light map file name, or ""                                   */
@@ -131,6 +138,7 @@ struct pbnds_gbuffer_origin {
     enum pbnds_normal_space
         normal_space;            /**< of `normal` in the file                     */
     enum pbnds_depth_kind depth; /**< of `Z` in the file                          */
+    enum pbnds_target target;    /**< of R, G, B in the file                      */
     char arguments
         [400]; /**< the command line                                             */
     char
@@ -180,7 +188,8 @@ enum pbnds_status pbnds_gbuffer_recast(const struct pbnds_scene *scene,
  * Attributes: pbnds:contract, version, normalSpace (camera or world), depth (planar or
  * distance: from the eye, along the ray through the pixel's centre), samples, through
  * (first or alpha), camera, projection, yfov (radians), ymag, worldFromCamera; with an
- * origin env, envYaw (degrees), envStrength, envConvention, seed, arguments; and
+ * origin env, envYaw (degrees), envStrength, envConvention, seed, arguments, and target
+ * (display) unless it is radiance; and
  * OpenEXR's worldToCamera and worldToNDC, for row vectors.
  */
 enum pbnds_status pbnds_gbuffer_write(

@@ -13,6 +13,7 @@
 
 static const char *const normal_spaces[] = {"camera", "world", NULL};
 static const char *const depth_kinds[] = {"planar", "distance", NULL};
+static const char *const targets[] = {"radiance", "display", NULL};
 static const char *const policies[] = {"first", "alpha", NULL};
 
 /* Writing. */
@@ -111,6 +112,8 @@ static void describe_origin(struct pbnds_header *header,
     add_string(header, "pbnds:envConvention", origin->env_convention);
     add_string(header, "pbnds:seed", seed);
     add_string(header, "pbnds:arguments", origin->arguments);
+    if (origin->target != PBNDS_TARGET_RADIANCE)
+        add_string(header, "pbnds:target", targets[origin->target]);
 }
 
 void pbnds_header_matte_key(const char *layer, const char *field, char out[64])
@@ -262,6 +265,8 @@ enum pbnds_status pbnds_header_origin(const struct pbnds_exr *exr, const char *p
     origin->normal_space = (enum pbnds_normal_space)choice;
     PBNDS_TRY(get_choice(exr, path, "pbnds:depth", depth_kinds, &choice, error));
     origin->depth = (enum pbnds_depth_kind)choice;
+    PBNDS_TRY(get_choice(exr, path, "pbnds:target", targets, &choice, error));
+    origin->target = (enum pbnds_target)choice;
     snprintf(origin->env, sizeof origin->env, "%.255s",
              pbnds_header_string(exr, "pbnds:env", ""));
     snprintf(origin->env_convention, sizeof origin->env_convention, "%.15s",

@@ -34,7 +34,7 @@ enum pbnds_status pbnds_header_camera(const struct pbnds_exr *exr, const char *p
                                       struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** Where the file came from. Errors: UNSUPPORTED (a later contract), FORMAT (an unknown
- *  normal space, depth or transparency policy). */
+ *  normal space, depth or target). */
 enum pbnds_status pbnds_header_origin(const struct pbnds_exr *exr, const char *path,
                                       struct pbnds_gbuffer_origin *origin,
                                       struct pbnds_error *error) PBNDS_NODISCARD;

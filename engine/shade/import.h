@@ -12,6 +12,7 @@
 
 struct pbnds_import_options {
     float yfov; /**< vertical field of view, radians; 0: found, or 40 degrees       */
+    float xfov; /**< maps: horizontal one, radians; used in place of yfov unless 0  */
     bool
         look_given; /**< is the direction below known? Else it is found, or 0, 0        */
     float yaw, pitch; /**< radians: 0, 0 looks along -z (Blender's +y); positive yaw
@@ -54,9 +55,27 @@ enum pbnds_status pbnds_import_blender(const char *path,
                                        struct pbnds_import_notes *notes,
                                        struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** Maps of one size, one file each; an empty path: there is none. */
+enum pbnds_import_map_name {
+    PBNDS_IMPORT_ALBEDO,
+    PBNDS_IMPORT_NORMAL,
+    PBNDS_IMPORT_ROUGHNESS,
+    PBNDS_IMPORT_METALLIC,
+    PBNDS_IMPORT_SPECULAR,
+    PBNDS_IMPORT_DEPTH,
+    PBNDS_IMPORT_MASK,
+    PBNDS_IMPORT_EMISSION,
+    PBNDS_IMPORT_AO,
+    PBNDS_IMPORT_PHOTO,
+    PBNDS_IMPORT_MAPS
+};
+
+struct pbnds_import_paths {
+    char path[PBNDS_IMPORT_MAPS][1400];
+};
+
 /**
- * Reads maps of one size from a folder: NAME.exr, .png, .jpg, .jpeg, .webp or .hdr, the
- * first of these that exists, for the names
+ * Makes a G-buffer of material maps:
  *   albedo     display-encoded (sRGB) in 8 and 16 bit, linear in .exr and .hdr   0.5
  *   normal     camera space, +x right, +y up, +z to the eye; 2 v - 1 in 8 and
  *              16 bit, signed in .exr                                            0, 0, 1
@@ -64,20 +83,34 @@ enum pbnds_status pbnds_import_blender(const char *path,
  *   metallic                                                                     0
  *   specular   reflectance at normal incidence                      0.04, albedo of metal
  *   depth      planar, metres in .exr, millimetres in 16 bit, 0 is nothing       1 m
- *   mask       coverage                                   albedo's alpha, or 1 everywhere
+ *   mask       coverage          alpha of photo where that has one, else of albedo, or 1
  *   emission   as albedo; any range in .exr and .hdr                             0
  *   ao         occlusion                                                   (no plane)
+ *   photo      the photograph of which the maps were estimated; encoded as albedo  (none)
  * where the last column is the default of a map that is missing. At least albedo or
- * normal must be there. The camera stands at the origin and looks along -z.
+ * normal must be there. The camera stands at the origin and looks along -z. Where the
+ * mask or the depth is 0, nothing was hit; a fractional mask is the coverage.
  *
- * Errors: IO, FORMAT (no maps, sizes that differ, NaN), UNSUPPORTED (8-bit depth, and
- * what the readers refuse), MEMORY.
+ * `photo` gets the photograph as linear values, 0 where nothing was hit (empty where there
+ * is none): radiance where it was .exr or .hdr, else display-referred, which *target says.
+ *
+ * Errors: IO, FORMAT (sizes that differ, NaN), UNSUPPORTED (8-bit depth, and what the
+ * readers refuse), MEMORY, ARGUMENT (neither albedo nor normal).
  */
-enum pbnds_status pbnds_import_images(const char *folder,
-                                      const struct pbnds_import_options *options,
-                                      struct pbnds_gbuffer *gbuffer,
-                                      struct pbnds_import_notes *notes,
-                                      struct pbnds_error *error) PBNDS_NODISCARD;
+enum pbnds_status
+pbnds_import_maps(const struct pbnds_import_paths *paths,
+                  const struct pbnds_import_options *options,
+                  struct pbnds_gbuffer *gbuffer, struct pbnds_image *photo,
+                  enum pbnds_target *target, struct pbnds_import_notes *notes,
+                  struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** The same of a folder's NAME.exr, .png, .jpg, .jpeg, .webp or .hdr, the first of these
+ *  that exists, for the names above. Errors: FORMAT too where it has no maps. */
+enum pbnds_status
+pbnds_import_images(const char *folder, const struct pbnds_import_options *options,
+                    struct pbnds_gbuffer *gbuffer, struct pbnds_image *photo,
+                    enum pbnds_target *target, struct pbnds_import_notes *notes,
+                    struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** Adds a sentence; what does not fit is left out. */
 void pbnds_import_note(struct pbnds_import_notes *notes, const char *format, ...)

@@ -68,7 +68,7 @@ static void lint(const char *path)
 
 static void from_blender(const char *path)
 {
-    const struct pbnds_import_options options = {0.0f, false, 0.0f, 0.0f};
+    const struct pbnds_import_options options = {.yfov = 0.0f};
     static struct pbnds_import_notes notes;
     struct pbnds_gbuffer g;
     struct pbnds_image radiance;

@@ -60,6 +60,8 @@ static void import_map(const uint8_t *data, size_t size)
     char folder[64], path[128];
     const struct pbnds_import_options options = {0};
     struct pbnds_gbuffer gbuffer;
+    struct pbnds_image photo;
+    enum pbnds_target target;
     struct pbnds_error error;
     (void)snprintf(folder, sizeof folder, "fuzz-%ld.maps", (long)getpid());
     (void)mkdir(folder, 0700);
@@ -68,10 +70,11 @@ static void import_map(const uint8_t *data, size_t size)
     FILE *file = fopen(path, "wb");
     if (!file) return;
     (void)fwrite(data + 1, 1, size - 1, file);
-    if (fclose(file) == 0 &&
-        pbnds_import_images(folder, &options, &gbuffer, &notes, &error) == PBNDS_OK) {
+    if (fclose(file) == 0 && pbnds_import_images(folder, &options, &gbuffer, &photo,
+                                                 &target, &notes, &error) == PBNDS_OK) {
         check(&gbuffer);
         pbnds_gbuffer_free(&gbuffer);
+        pbnds_image_free(&photo);
     }
     (void)unlink(path);
     (void)rmdir(folder);

@@ -96,6 +96,7 @@ static void round_trip(void **state)
                                           18446744073709551615u,
                                           PBNDS_NORMAL_CAMERA,
                                           PBNDS_DEPTH_PLANAR,
+                                          PBNDS_TARGET_DISPLAY,
                                           "pbnds gbuffer head.glb -o x.exr",
                                           ""};
     struct pbnds_image radiance;
@@ -146,6 +147,7 @@ static void round_trip(void **state)
     assert_string_equal(back.version, PBNDS_VERSION);
     assert_true(back.env_yaw_deg == 12.5f && back.env_strength == 0.75f);
     assert_true(back.seed == UINT64_MAX);
+    assert_int_equal(back.target, PBNDS_TARGET_DISPLAY);
     const struct pbnds_exr_channel *c = pbnds_exr_find(&exr, "target.R");
     assert_non_null(c);
     assert_memory_equal(c->data, target, sizeof target);

@@ -16,7 +16,7 @@
 #define GOLDEN PBNDS_SOURCE_DIR "/tests/golden/blender/multilayer.exr"
 #define PATH   "import_test.exr"
 
-static const struct pbnds_import_options nothing_said = {0.0f, false, 0.0f, 0.0f};
+static const struct pbnds_import_options nothing_said = {.yfov = 0.0f};
 static struct pbnds_import_notes notes;
 
 static void must(enum pbnds_status status, const struct pbnds_error *error)
@@ -294,7 +294,8 @@ static void other_layers_and_missing_passes(void **state)
     rename_pass(&exr, "Scene 2.left.roughness", "Scene 2.left.r");
     rename_pass(&exr, "Scene 2.left.metallic", "Scene 2.left.m");
     rename_pass(&exr, "Scene 2.left.Position", "Scene 2.left.P");
-    const struct pbnds_import_options look = {0.5f, true, PBNDS_PI / 2.0f, 0.0f};
+    const struct pbnds_import_options look = {
+        .yfov = 0.5f, .look_given = true, .yaw = PBNDS_PI / 2.0f};
     must(import(&exr, &look, &g, NULL, &error), &error);
     assert_true(noted("view layer: Scene 2.left"));
     assert_true(noted("roughness: 0.5 everywhere"));
@@ -370,6 +371,17 @@ static void bad_passes_are_refused(void **state)
 
 enum { SIDE = 3, TEXELS = SIDE * SIDE };
 
+static struct pbnds_image photo;
+static enum pbnds_target target;
+
+static enum pbnds_status import_folder(const char *folder,
+                                       const struct pbnds_import_options *options,
+                                       struct pbnds_gbuffer *g,
+                                       struct pbnds_error *error)
+{
+    return pbnds_import_images(folder, options, g, &photo, &target, &notes, error);
+}
+
 static void write_png(const char *name, int width, const float *texel, int channels)
 {
     char path[128];
@@ -407,13 +419,13 @@ static void folders_of_maps(void **state)
     struct pbnds_gbuffer g;
     struct pbnds_error error = {""};
     scratch_make(MAPS);
-    assert_int_equal(pbnds_import_images(MAPS, &nothing_said, &g, &notes, &error),
+    assert_int_equal(import_folder(MAPS, &nothing_said, &g, &error),
                      PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "neither albedo nor normal"));
 
     /* 188/255 decodes to 0.5029; a normal of length 1 toward up and the eye. */
     write_png("albedo", SIDE, (const float[]){188.0f / 255.0f, 1.0f, 0.0f}, 3);
-    must(pbnds_import_images(MAPS, &nothing_said, &g, &notes, &error), &error);
+    must(import_folder(MAPS, &nothing_said, &g, &error), &error);
     assert_near(g.albedo[0][4], 0.5029, 1e-4);
     assert_near(g.albedo[1][4], 1.0, 0.0);
     assert_near(g.roughness[4], 0.5, 0.0);
@@ -436,8 +448,8 @@ static void folders_of_maps(void **state)
     float depth[TEXELS] = {2, 2, 2, 2, 3, 2, 2, INFINITY, 0};
     write_plane("mask", "Y", mask);
     write_plane("depth", "Z", depth);
-    const struct pbnds_import_options fov = {1.0f, false, 0.0f, 0.0f};
-    must(pbnds_import_images(MAPS, &fov, &g, &notes, &error), &error);
+    const struct pbnds_import_options fov = {.yfov = 1.0f};
+    must(import_folder(MAPS, &fov, &g, &error), &error);
     assert_near(g.camera.yfov, 1.0, 0.0);
     assert_true(g.normal[1][4] > 0.75f && g.normal[2][4] > 0.55f);
     assert_near(g.normal[1][4], 0.8, 4e-3);
@@ -460,34 +472,105 @@ static void folders_of_maps(void **state)
     write_png("depth2", SIDE, (const float[]){0.5f}, 1);
     remove_map("depth", ".exr");
     assert_int_equal(rename(MAPS "/depth2.png", MAPS "/depth.png"), 0);
-    assert_int_equal(pbnds_import_images(MAPS, &fov, &g, &notes, &error),
-                     PBNDS_ERROR_UNSUPPORTED);
+    assert_int_equal(import_folder(MAPS, &fov, &g, &error), PBNDS_ERROR_UNSUPPORTED);
     assert_non_null(strstr(error.message, "8 bits"));
     remove_map("depth", ".png");
 
     write_png("roughness", SIDE + 1, (const float[]){0.2f}, 1);
-    assert_int_equal(pbnds_import_images(MAPS, &fov, &g, &notes, &error),
-                     PBNDS_ERROR_FORMAT);
+    assert_int_equal(import_folder(MAPS, &fov, &g, &error), PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "4 x 3"));
     remove_map("roughness", ".png");
 
     mask[3] = NAN;
     write_plane("mask", "Y", mask);
-    assert_int_equal(pbnds_import_images(MAPS, &fov, &g, &notes, &error),
-                     PBNDS_ERROR_FORMAT);
+    assert_int_equal(import_folder(MAPS, &fov, &g, &error), PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "(0, 1)"));
     assert_null(g.storage);
-    assert_int_equal(pbnds_import_images("no/folder", &fov, &g, &notes, &error),
-                     PBNDS_ERROR_IO);
+    assert_int_equal(import_folder("no/folder", &fov, &g, &error), PBNDS_ERROR_IO);
     assert_int_equal(pbnds_file_write(MAPS "/mask.exr", "damaged", 7, &error),
                      PBNDS_OK);
-    assert_int_equal(pbnds_import_images(MAPS, &fov, &g, &notes, &error),
-                     PBNDS_ERROR_FORMAT);
+    assert_int_equal(import_folder(MAPS, &fov, &g, &error), PBNDS_ERROR_FORMAT);
     remove_map("mask", ".exr");
     remove_map("albedo", ".png");
     remove_map("normal", ".png");
     remove_map("metallic", ".png");
     remove_map("ao", ".png");
+    assert_int_equal(rmdir(MAPS), 0);
+}
+
+/* The photograph goes with its maps: decoded, its alpha the mask, its kind told. */
+static void a_photograph_goes_along(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g;
+    struct pbnds_error error = {""};
+    scratch_make(MAPS);
+    write_png("albedo", SIDE, (const float[]){0.5f, 0.5f, 0.5f}, 3);
+    write_png("photo", SIDE, (const float[]){188.0f / 255.0f, 1.0f, 0.0f, 0.2f}, 4);
+    const struct pbnds_import_options wide = {.xfov = 1.0f, .yfov = 0.1f};
+    must(import_folder(MAPS, &wide, &g, &error), &error);
+    assert_near(g.camera.yfov, 1.0, 1e-6); /* square: both are the same */
+    assert_int_equal(target, PBNDS_TARGET_DISPLAY);
+    assert_int_equal(photo.width, SIDE);
+    assert_near(photo.data[0], 0.5029, 1e-4);
+    assert_near(photo.data[1], 1.0, 0.0);
+    assert_near(g.coverage[0], 0.2, 1e-6);
+    assert_true(noted("mask: photo's alpha"));
+    assert_true(noted("photo: kept as R, G, B, display-referred"));
+    pbnds_gbuffer_free(&g);
+    pbnds_image_free(&photo);
+
+    /* An opaque photograph leaves the mask to the albedo; what is not covered is black. */
+    write_png("photo", SIDE, (const float[]){0.5f, 0.5f, 0.5f}, 3);
+    write_png("albedo", SIDE, (const float[]){0.5f, 0.5f, 0.5f, 0.0f}, 4);
+    must(import_folder(MAPS, &nothing_said, &g, &error), &error);
+    assert_near(g.coverage[4], 0.0, 0.0);
+    assert_near(photo.data[12], 0.0, 0.0);
+    pbnds_gbuffer_free(&g);
+    pbnds_image_free(&photo);
+    remove_map("photo", ".png");
+    remove_map("albedo", ".png");
+
+    /* Radiance, in a format that holds it; a view twice as wide as high. */
+    float white[TEXELS];
+    for (int i = 0; i < TEXELS; ++i)
+        white[i] = 7.0f;
+    write_plane("photo", "Y", white);
+    write_png("normal", SIDE, (const float[]){0.5f, 0.5f, 1.0f}, 3);
+    float flat[TEXELS];
+    for (int i = 0; i < TEXELS; ++i)
+        flat[i] = i == 8 ? -1.0f : 2.0f;
+    write_plane("depth", "Z", flat);
+    must(import_folder(MAPS, &nothing_said, &g, &error), &error);
+    assert_int_equal(target, PBNDS_TARGET_RADIANCE);
+    assert_near(photo.data[0], 7.0, 0.0);
+    assert_true(noted("depth: is the same everywhere"));
+    assert_true(noted("depth: 1 pixels that the mask covers have none"));
+
+    pbnds_gbuffer_free(&g);
+    pbnds_image_free(&photo);
+    remove_map("photo", ".exr");
+    remove_map("depth", ".exr");
+    remove_map("normal", ".png");
+    assert_int_equal(rmdir(MAPS), 0);
+}
+
+/* tan(v / 2) = tan(h / 2) height / width. */
+static void a_horizontal_view(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g;
+    struct pbnds_error error = {""};
+    scratch_make(MAPS);
+    write_png("albedo", 2 * SIDE, (const float[]){0.5f, 0.5f, 0.5f}, 3);
+    const struct pbnds_import_options wide = {.xfov = PBNDS_PI / 2.0f};
+    must(import_folder(MAPS, &wide, &g, &error), &error);
+    assert_near(g.camera.yfov, 2.0 * atan(0.5), 1e-6);
+    /* the right edge is seen under 45 degrees */
+    assert_near(g.position[0][2 * SIDE - 1] / -g.position[2][2 * SIDE - 1],
+                (2 * SIDE - 1.0) / (2 * SIDE), 1e-5);
+    pbnds_gbuffer_free(&g);
+    remove_map("albedo", ".png");
     assert_int_equal(rmdir(MAPS), 0);
 }
 
@@ -500,6 +583,8 @@ int main(void)
         cmocka_unit_test(other_layers_and_missing_passes),
         cmocka_unit_test(bad_passes_are_refused),
         cmocka_unit_test(folders_of_maps),
+        cmocka_unit_test(a_photograph_goes_along),
+        cmocka_unit_test(a_horizontal_view),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
