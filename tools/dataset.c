@@ -1,34 +1,48 @@
 /* pbnds dataset: training samples from scenes and light maps. */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "neural/data/dataset.h"
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/output.h"
 
-static enum pbnds_status run(const struct tool_options *options,
-                             struct pbnds_error *error)
+static enum pbnds_status fill_recipe(const struct tool_options *options,
+                                     struct pbnds_dataset_recipe *recipe,
+                                     struct pbnds_dataset_source **sources,
+                                     struct pbnds_error *error)
 {
-    if (options->env_count == 0 || options->count == 0) {
-        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT, "dataset: --%s is missing",
-                          options->env_count == 0 ? "envs DIR" : "count N");
+    const int scenes = options->input_count, envs = options->env_count;
+    *sources = calloc((size_t)scenes + (size_t)envs, sizeof **sources);
+    if (!*sources) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
+    for (int i = 0; i < scenes; ++i)
+        (*sources)[i].path = (char *)(uintptr_t)options->inputs[i];
+    for (int i = 0; i < envs; ++i)
+        (*sources)[scenes + i].path = (char *)(uintptr_t)options->envs[i];
+    recipe->scenes = *sources;
+    recipe->scene_count = scenes;
+    recipe->envs = *sources + scenes;
+    recipe->env_count = envs;
+    if (options->split >= 0) {
+        recipe->count[options->split] = options->count;
+    } else {
+        pbnds_dataset_recipe_count(recipe, options->count);
     }
-    const struct pbnds_dataset_recipe recipe = {
-        .scenes = options->inputs,
-        .scene_count = options->input_count,
-        .envs = options->envs,
-        .env_count = options->env_count,
-        .count = options->count,
-        .only_split = options->split,
-        .width = options->size[0] ? options->size[0] : 256,
-        .height = options->size[1] ? options->size[1] : 256,
-        .spp = options->spp ? options->spp : 64,
-        .seed = options->seed,
-        .shard = options->shard[0],
-        .shard_count = options->shard[1],
-    };
+    if (options->size[0]) recipe->width = options->size[0];
+    if (options->size[1]) recipe->height = options->size[1];
+    if (options->spp) recipe->spp = options->spp;
+    recipe->seed = options->seed;
+    return PBNDS_OK;
+}
+
+static enum pbnds_status make(const struct tool_options *options,
+                              const struct pbnds_dataset_recipe *recipe,
+                              struct pbnds_error *error)
+{
+    const struct pbnds_dataset_shard shard = {options->shard[0], options->shard[1]};
     PBNDS_TRY(tool_folder_check(options->output, error));
-    PBNDS_TRY(pbnds_dataset_make(&recipe, options->output, tool_report(), error));
+    PBNDS_TRY(
+        pbnds_dataset_make(recipe, &shard, options->output, tool_report(), error));
     int made[PBNDS_SPLIT_COUNT];
     for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
         struct pbnds_sample_list list;
@@ -47,6 +61,22 @@ static enum pbnds_status run(const struct tool_options *options,
                      made[PBNDS_SPLIT_TEST]);
     }
     return PBNDS_OK;
+}
+
+static enum pbnds_status run(const struct tool_options *options,
+                             struct pbnds_error *error)
+{
+    if (options->env_count == 0 || options->count == 0) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT, "dataset: --%s is missing",
+                          options->env_count == 0 ? "envs DIR" : "count N");
+    }
+    struct pbnds_dataset_recipe recipe;
+    pbnds_dataset_recipe_init(&recipe);
+    struct pbnds_dataset_source *sources = NULL;
+    PBNDS_TRY(fill_recipe(options, &recipe, &sources, error));
+    const enum pbnds_status status = make(options, &recipe, error);
+    free(sources);
+    return status;
 }
 
 const struct tool_command tool_dataset = {

@@ -1,92 +1,112 @@
-/* Reading a data set: its list of samples and each one of them. */
-#include <dirent.h>
-#include <errno.h>
-#include <inttypes.h>
+/* A sample's files: writing them, and reading them back. */
+#include "neural/data/sample.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <xxhash.h>
 
 #include "engine/core/file.h"
-#include "neural/data/dataset.h"
 
-static int is_sample(const struct dirent *entry)
-{
-    return entry->d_name[0] >= '0' && entry->d_name[0] <= '9';
-}
-
-enum pbnds_status pbnds_dataset_list(const char *dir, enum pbnds_split split,
-                                     struct pbnds_sample_list *list,
+static enum pbnds_status write_light(const char *folder,
+                                     const struct pbnds_image *light,
                                      struct pbnds_error *error)
 {
-    *list = (struct pbnds_sample_list){0};
-    char path[4096];
-    (void)snprintf(path, sizeof path, "%s/dataset.json", dir);
-    struct stat info;
-    if (stat(path, &info) != 0) {
-        return pbnds_fail(error, PBNDS_ERROR_IO,
-                          "%s: is not a data set (no dataset.json in it)", dir);
+    char path[4200];
+    (void)snprintf(path, sizeof path, "%s/light.exr", folder);
+    const size_t count = (size_t)light->width * (size_t)light->height;
+    float *planes = malloc(3 * count * sizeof *planes);
+    if (!planes) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
+    for (size_t i = 0; i < count; ++i) {
+        for (size_t c = 0; c < 3; ++c)
+            planes[c * count + i] = light->data[3 * i + c];
     }
-    (void)snprintf(path, sizeof path, "%s/%s", dir, pbnds_split_name(split));
-    if (stat(path, &info) != 0) return PBNDS_OK; /* no such split: an empty list */
-    struct dirent **entries;
-    const int n = scandir(path, &entries, is_sample, alphasort);
-    if (n < 0) {
-        return pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be listed: %s", path,
-                          strerror(errno));
-    }
-    list->folders = calloc((size_t)n + 1, sizeof *list->folders);
-    bool ok = list->folders != NULL;
-    for (int i = 0; i < n; ++i) {
-        const size_t size = strlen(path) + strlen(entries[i]->d_name) + 2;
-        char *folder = ok ? malloc(size) : NULL;
-        if (folder) {
-            (void)snprintf(folder, size, "%s/%s", path, entries[i]->d_name);
-            list->folders[list->count++] = folder;
-        } else {
-            ok = false;
-        }
-        free(entries[i]);
-    }
-    free(entries);
-    if (!ok) {
-        pbnds_sample_list_free(list);
-        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for its list",
-                          path);
-    }
-    return PBNDS_OK;
+    struct pbnds_exr_channel channels[3] = {{"B", PBNDS_EXR_FLOAT, planes + 2 * count},
+                                            {"G", PBNDS_EXR_FLOAT, planes + count},
+                                            {"R", PBNDS_EXR_FLOAT, planes}};
+    const struct pbnds_exr exr = {.width = light->width,
+                                  .height = light->height,
+                                  .compression = PBNDS_EXR_ZIP,
+                                  .channels = channels,
+                                  .channel_count = 3};
+    const enum pbnds_status status = pbnds_exr_write(path, &exr, error);
+    free(planes);
+    return status;
 }
 
-void pbnds_sample_list_free(struct pbnds_sample_list *list)
+static enum pbnds_status write_json(const char *folder,
+                                    const struct pbnds_dataset_recipe *recipe,
+                                    const struct pbnds_draw *draw,
+                                    struct pbnds_error *error)
 {
-    for (int i = 0; i < list->count; ++i)
-        free(list->folders[i]);
-    free(list->folders);
-    *list = (struct pbnds_sample_list){0};
+    char path[4200];
+    (void)snprintf(path, sizeof path, "%s/sample.json", folder);
+    cJSON *json = cJSON_Duplicate(draw->notes, true);
+    cJSON_AddNumberToObject(json, "spp", recipe->spp);
+    cJSON_AddNumberToObject(json, "seed", (double)recipe->seed);
+    char *text = cJSON_Print(json);
+    cJSON_Delete(json);
+    if (!text) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
+    const enum pbnds_status status = pbnds_file_write(path, text, strlen(text), error);
+    free(text);
+    return status;
 }
 
-enum pbnds_status pbnds_dataset_hash(const char *dir, char hash[17],
+static struct pbnds_exr_channel *target_channels(const struct pbnds_image *direct,
+                                                 const uint32_t *visibility,
+                                                 float **planes)
+{
+    const size_t count = (size_t)direct->width * (size_t)direct->height;
+    static const char *const NAMES[3] = {"direct.R", "direct.G", "direct.B"};
+    struct pbnds_exr_channel *channels = calloc(4, sizeof *channels);
+    *planes = malloc(3 * count * sizeof **planes);
+    if (!channels || !*planes) {
+        free(channels);
+        free(*planes);
+        *planes = NULL;
+        return NULL;
+    }
+    for (size_t c = 0; c < 3; ++c) {
+        (void)snprintf(channels[c].name, sizeof channels[c].name, "%s", NAMES[c]);
+        channels[c].type = PBNDS_EXR_FLOAT;
+        channels[c].data = *planes + c * count;
+        for (size_t i = 0; i < count; ++i) {
+            (*planes)[c * count + i] = direct->data[3 * i + c];
+        }
+    }
+    (void)snprintf(channels[3].name, sizeof channels[3].name, "visibility");
+    channels[3].type = PBNDS_EXR_UINT;
+    channels[3].data = (void *)(uintptr_t)visibility;
+    return channels;
+}
+
+enum pbnds_status pbnds_sample_write(const char *folder,
+                                     const struct pbnds_dataset_recipe *recipe,
+                                     const struct pbnds_draw *draw,
+                                     const struct pbnds_targets *targets,
                                      struct pbnds_error *error)
 {
-    char path[4096];
-    (void)snprintf(path, sizeof path, "%s/dataset.json", dir);
-    uint8_t *manifest;
-    size_t size;
-    PBNDS_TRY(pbnds_file_read(path, (size_t)1 << 26, &manifest, &size, error));
-    uint64_t h = XXH64(manifest, size, 0);
-    free(manifest);
-    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s) {
-        struct pbnds_sample_list list;
-        PBNDS_TRY(pbnds_dataset_list(dir, (enum pbnds_split)s, &list, error));
-        for (int i = 0; i < list.count; ++i) {
-            const char *name = list.folders[i] + strlen(dir);
-            h = XXH64(name, strlen(name), h);
-        }
-        pbnds_sample_list_free(&list);
-    }
-    (void)snprintf(hash, 17, "%016" PRIx64, h);
-    return PBNDS_OK;
+    float *planes = NULL;
+    struct pbnds_exr_channel *extra =
+        target_channels(&targets->direct, targets->visibility, &planes);
+    if (!extra) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", folder);
+    struct pbnds_gbuffer_origin origin = {.env_yaw_deg = draw->yaw_deg,
+                                          .env_strength = draw->strength,
+                                          .seed = recipe->seed};
+    (void)snprintf(origin.env, sizeof origin.env, "%s", draw->env->stem);
+    (void)snprintf(origin.env_convention, sizeof origin.env_convention, "gltf");
+    (void)snprintf(origin.arguments, sizeof origin.arguments,
+                   "dataset, %s sample %d of %s", pbnds_split_name(draw->split),
+                   draw->index, draw->asset->stem);
+    char path[4200];
+    (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
+    enum pbnds_status status =
+        pbnds_gbuffer_write(path, &targets->gbuffer, &origin, &targets->radiance, extra,
+                            4, PBNDS_EXR_PIZ, error);
+    if (status == PBNDS_OK) status = write_light(folder, &draw->light, error);
+    if (status == PBNDS_OK) status = write_json(folder, recipe, draw, error);
+    free(extra);
+    free(planes);
+    return status;
 }
 
 /* Interleaves direct.R, .G, .B and copies the visibility words. */

@@ -84,20 +84,22 @@ static inline void fixture_assets(const char *root)
     }
 }
 
-static inline struct pbnds_dataset_recipe fixture_recipe(const char *const *root,
-                                                         int count)
+/* `count` samples of all splits: a tenth val, a tenth test. */
+static inline struct pbnds_dataset_recipe
+fixture_recipe(struct pbnds_dataset_source *root, int count)
 {
-    return (struct pbnds_dataset_recipe){.scenes = root,
-                                         .scene_count = 1,
-                                         .envs = root,
-                                         .env_count = 1,
-                                         .count = count,
-                                         .only_split = -1,
-                                         .width = 32,
-                                         .height = 32,
-                                         .spp = 4,
-                                         .seed = 3,
-                                         .shard_count = 1};
+    struct pbnds_dataset_recipe recipe;
+    pbnds_dataset_recipe_init(&recipe);
+    pbnds_dataset_recipe_count(&recipe, count);
+    recipe.scenes = root;
+    recipe.scene_count = 1;
+    recipe.envs = root;
+    recipe.env_count = 1;
+    recipe.width = 32;
+    recipe.height = 32;
+    recipe.spp = 4;
+    recipe.seed = 3;
+    return recipe;
 }
 
 static inline void fixture_remove(const char *folder)

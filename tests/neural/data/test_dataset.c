@@ -3,7 +3,8 @@
 
 #include "engine/core/parallel.h"
 
-static const char *const ROOT[] = {"test_dataset_assets"};
+static char folder[] = "test_dataset_assets";
+static struct pbnds_dataset_source ROOT[] = {{folder, 0.0}};
 
 /* What a run that was killed left behind. */
 static int clean(void **state)
@@ -21,39 +22,45 @@ static int count_of(const char *dir, enum pbnds_split split)
     return count;
 }
 
-static void make(const struct pbnds_dataset_recipe *recipe, const char *dir)
+static void make_shard(const struct pbnds_dataset_recipe *recipe, int index, int count,
+                       const char *dir)
 {
     struct pbnds_error error = {{0}};
-    if (pbnds_dataset_make(recipe, dir, NULL, &error) != PBNDS_OK) {
+    const struct pbnds_dataset_shard shard = {index, count};
+    if (pbnds_dataset_make(recipe, &shard, dir, NULL, &error) != PBNDS_OK) {
         fail_msg("%s", error.message);
     }
+}
+
+static void make(const struct pbnds_dataset_recipe *recipe, const char *dir)
+{
+    make_shard(recipe, 0, 1, dir);
 }
 
 static void samples_do_not_depend_on_how_they_were_made(void **state)
 {
     (void)state;
-    fixture_assets(ROOT[0]);
-    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
+    fixture_assets(folder);
+    const struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
     pbnds_set_threads(1);
     make(&recipe, "test_dataset_whole");
     pbnds_set_threads(3);
     for (int shard = 2; shard >= 0; --shard) { /* in parts, the other way round */
-        recipe.shard = shard;
-        recipe.shard_count = 3;
-        make(&recipe, "test_dataset_parts");
+        make_shard(&recipe, shard, 3, "test_dataset_parts");
     }
     pbnds_set_threads(0);
     assert_int_equal(count_of("test_dataset_whole", PBNDS_SPLIT_TRAIN), 10);
     assert_int_equal(count_of("test_dataset_whole", PBNDS_SPLIT_VAL), 1);
     assert_int_equal(count_of("test_dataset_whole", PBNDS_SPLIT_TEST), 1);
     for (int id = 0; id < 12; ++id) {
-        const char *split = id == 8 ? "val" : id == 9 ? "test" : "train";
+        const char *split = id == 10 ? "val" : id == 11 ? "test" : "train";
+        const int index = id < 10 ? id : 0;
         static const char *const FILES[] = {"sample.exr", "light.exr", "sample.json"};
         for (int f = 0; f < 3; ++f) {
             char a[128], b[128];
-            (void)snprintf(a, sizeof a, "test_dataset_whole/%s/%06d/%s", split, id,
+            (void)snprintf(a, sizeof a, "test_dataset_whole/%s/%06d/%s", split, index,
                            FILES[f]);
-            (void)snprintf(b, sizeof b, "test_dataset_parts/%s/%06d/%s", split, id,
+            (void)snprintf(b, sizeof b, "test_dataset_parts/%s/%06d/%s", split, index,
                            FILES[f]);
             assert_true(fixture_same(a, b));
         }
@@ -70,7 +77,7 @@ static void a_sample_reads_back_whole(void **state)
     (void)state;
     struct pbnds_sample sample;
     struct pbnds_error error = {{0}};
-    if (pbnds_sample_load("test_dataset_whole/val/000008", &sample, &error) !=
+    if (pbnds_sample_load("test_dataset_whole/val/000000", &sample, &error) !=
         PBNDS_OK) {
         fail_msg("%s", error.message);
     }
@@ -112,8 +119,9 @@ static void another_recipe_is_refused(void **state)
     struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
     recipe.spp = 5;
     struct pbnds_error error = {{0}};
-    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_whole", NULL, &error),
-                     PBNDS_ERROR_ARGUMENT);
+    assert_int_equal(
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_whole", NULL, &error),
+        PBNDS_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "another recipe"));
 }
 
@@ -124,8 +132,9 @@ static void an_asset_in_two_splits_is_refused(void **state)
                  1.0f); /* the bytes of train/shape0 */
     struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
     struct pbnds_error error = {{0}};
-    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_leak", NULL, &error),
-                     PBNDS_ERROR_ARGUMENT);
+    assert_int_equal(
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_leak", NULL, &error),
+        PBNDS_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "split"));
     assert_int_equal(unlink("test_dataset_assets/test/copy.gltf"), 0);
 }
@@ -144,10 +153,11 @@ static void a_broken_asset_costs_its_samples_only(void **state)
     assert_int_equal(
         pbnds_file_write("test_dataset_assets/val/shape1.gltf", "{", 1, NULL),
         PBNDS_OK);
-    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 9);
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 10);
     const struct pbnds_report report = {.warn = remember};
-    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_broken", &report, NULL),
-                     PBNDS_OK);
+    assert_int_equal(
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_broken", &report, NULL),
+        PBNDS_OK);
     assert_int_equal(count_of("test_dataset_broken", PBNDS_SPLIT_TRAIN), 8);
     assert_int_equal(count_of("test_dataset_broken", PBNDS_SPLIT_VAL), 0);
     assert_non_null(strstr(warned, "1 samples left out"));
@@ -161,23 +171,25 @@ static void a_data_set_of_nothing_fails(void **state)
     assert_int_equal(pbnds_file_write("test_dataset_bad/shape.gltf", "{", 1, NULL),
                      PBNDS_OK);
     fixture_light("test_dataset_bad/light.exr", 20);
-    static const char *const bad[] = {"test_dataset_bad"};
+    static char bad_folder[] = "test_dataset_bad";
+    struct pbnds_dataset_source bad[] = {{bad_folder, 0.0}};
     struct pbnds_dataset_recipe recipe = fixture_recipe(bad, 3);
-    recipe.only_split = -1;
     struct pbnds_error error = {{0}};
     const enum pbnds_status status =
-        pbnds_dataset_make(&recipe, "test_dataset_nothing", NULL, &error);
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_nothing", NULL, &error);
     /* which split the hash chose decides between the two sentences */
     assert_true(status == PBNDS_ERROR_FORMAT || status == PBNDS_ERROR_ARGUMENT);
     fixture_remove("test_dataset_bad");
-    static const char *const train[] = {"test_dataset_bad/train"};
-    assert_int_equal(pbnds_make_folder(train[0], NULL), PBNDS_OK);
+    static char train_folder[] = "test_dataset_bad/train";
+    struct pbnds_dataset_source train[] = {{train_folder, 0.0}};
+    assert_int_equal(pbnds_make_folder(train_folder, NULL), PBNDS_OK);
     assert_int_equal(
         pbnds_file_write("test_dataset_bad/train/shape.gltf", "{", 1, NULL), PBNDS_OK);
     fixture_light("test_dataset_bad/train/light.exr", 20);
     recipe = fixture_recipe(train, 3);
-    assert_int_equal(pbnds_dataset_make(&recipe, "test_dataset_nothing", NULL, &error),
-                     PBNDS_ERROR_FORMAT);
+    assert_int_equal(
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_nothing", NULL, &error),
+        PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "shape.gltf"));
     assert_int_not_equal(access("test_dataset_nothing/dataset.json", F_OK), 0);
 }
@@ -187,7 +199,8 @@ static void folders_above_do_not_decide_the_split(void **state)
 {
     (void)state;
     fixture_assets("test_dataset_deep/test/set");
-    static const char *const root[] = {"test_dataset_deep/test/set"};
+    static char deep[] = "test_dataset_deep/test/set";
+    struct pbnds_dataset_source root[] = {{deep, 0.0}};
     struct pbnds_dataset_recipe recipe = fixture_recipe(root, 10);
     make(&recipe, "test_dataset_split");
     assert_int_equal(count_of("test_dataset_split", PBNDS_SPLIT_TRAIN), 8);
@@ -196,9 +209,11 @@ static void folders_above_do_not_decide_the_split(void **state)
     assert_int_equal(pbnds_make_folder("test_dataset_nest/train/test", NULL), PBNDS_OK);
     fixture_gltf("test_dataset_nest/train/test/a.gltf", 1.0f);
     fixture_light("test_dataset_nest/train/test/a.exr", 20);
-    static const char *const nest[] = {"test_dataset_nest"};
-    recipe = fixture_recipe(nest, 2);
-    recipe.only_split = PBNDS_SPLIT_TEST;
+    static char nest_folder[] = "test_dataset_nest";
+    struct pbnds_dataset_source nest[] = {{nest_folder, 0.0}};
+    recipe = fixture_recipe(nest, 1);
+    recipe.count[PBNDS_SPLIT_TRAIN] = 0;
+    recipe.count[PBNDS_SPLIT_TEST] = 2;
     make(&recipe, "test_dataset_nested");
     assert_int_equal(count_of("test_dataset_nested", PBNDS_SPLIT_TEST), 2);
 }
@@ -226,16 +241,16 @@ static void damaged_samples_are_refused(void **state)
     (void)state;
     struct pbnds_sample sample;
     struct pbnds_error error = {{0}};
-    const char *file = "test_dataset_whole/test/000009/sample.exr";
+    const char *file = "test_dataset_whole/test/000000/sample.exr";
     assert_int_equal(truncate(file, 3000), 0);
-    assert_true(pbnds_sample_load("test_dataset_whole/test/000009", &sample, &error) !=
+    assert_true(pbnds_sample_load("test_dataset_whole/test/000000", &sample, &error) !=
                 PBNDS_OK);
-    assert_non_null(strstr(error.message, "000009/sample.exr"));
+    assert_non_null(strstr(error.message, "000000/sample.exr"));
     assert_int_equal(pbnds_dataset_list("test_dataset_nowhere", PBNDS_SPLIT_TRAIN,
                                         &(struct pbnds_sample_list){0}, &error),
                      PBNDS_ERROR_IO);
     fixture_remove("test_dataset_whole");
-    fixture_remove(ROOT[0]);
+    fixture_remove(folder);
 }
 
 int main(void)

@@ -6,7 +6,8 @@
 #include "neural/shader_neural.h"
 #include "neural/train/batch.h"
 
-static const char *const ROOT[] = {"test_task_assets"};
+static char folder_of_assets[] = "test_task_assets";
+static struct pbnds_dataset_source ROOT[] = {{folder_of_assets, 0.0}};
 static const char *const WEIGHTS = "test_task.safetensors";
 
 static double rendered_error(const struct pbnds_sample *sample)
@@ -35,9 +36,9 @@ static void training_and_rendering_agree(void **state)
 {
     (void)state;
     assert_int_equal(system("rm -rf test_task_*"), 0);
-    fixture_assets(ROOT[0]);
+    fixture_assets(folder_of_assets);
     const struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 2);
-    assert_int_equal(pbnds_dataset_make(&recipe, "test_task_data", NULL, NULL),
+    assert_int_equal(pbnds_dataset_make(&recipe, NULL, "test_task_data", NULL, NULL),
                      PBNDS_OK);
     const struct pbnds_task_ops *ops = &pbnds_task_transport;
     struct pbnds_backend *backend;
@@ -71,7 +72,7 @@ static void training_and_rendering_agree(void **state)
     pbnds_sample_free(&sample);
     pbnds_net_free(net);
     pbnds_backend_free(backend);
-    fixture_remove(ROOT[0]);
+    fixture_remove(folder_of_assets);
     fixture_remove("test_task_data");
     fixture_remove(WEIGHTS);
 }

@@ -8,7 +8,8 @@
 #include "engine/core/parallel.h"
 #include "neural/train/train.h"
 
-static const char *const ROOT[] = {"test_train_assets"};
+static char folder_of_assets[] = "test_train_assets";
+static struct pbnds_dataset_source ROOT[] = {{folder_of_assets, 0.0}};
 static const char *const DATA = "test_train_data";
 
 static struct pbnds_train_options options_of(const char *weights, const char *model)
@@ -31,15 +32,15 @@ static int setup(void **state)
     (void)state;
     pbnds_set_threads(1);
     if (system("rm -rf test_train_*") != 0) return -1; /* of a run that was killed */
-    fixture_assets(ROOT[0]);
+    fixture_assets(folder_of_assets);
     const struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 10);
-    return pbnds_dataset_make(&recipe, DATA, NULL, NULL) == PBNDS_OK ? 0 : -1;
+    return pbnds_dataset_make(&recipe, NULL, DATA, NULL, NULL) == PBNDS_OK ? 0 : -1;
 }
 
 static int teardown(void **state)
 {
     (void)state;
-    fixture_remove(ROOT[0]);
+    fixture_remove(folder_of_assets);
     fixture_remove(DATA);
     return 0;
 }
