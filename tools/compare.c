@@ -111,8 +111,10 @@ static enum pbnds_status make_truth(struct comparison *c, struct pbnds_error *er
         truth->name = options->inputs[0];
         truth->linear = c->world.stored;
         c->world.stored = (struct pbnds_image){0, 0, 0, NULL};
-        if (c->world.stored_target == PBNDS_TARGET_DISPLAY)
+        if (c->world.stored_target == PBNDS_TARGET_DISPLAY) {
+            c->display.tonemap = PBNDS_TONEMAP_NONE; /* as the photograph is shown */
             PBNDS_TRY(show_picture(truth, error));
+        }
     } else if (!truth->linear.data) {
         truth->name = "reference";
         if (!c->world.accel) {

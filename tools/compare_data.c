@@ -1,5 +1,6 @@
 #include "tools/compare_data.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -81,8 +82,9 @@ static enum pbnds_status score(struct scorer *s, const struct pbnds_sample *samp
         pbnds_shade(s->shaders[shader].shader, &job, &radiance, error);
     const double seconds = tool_seconds() - start;
     if (status == PBNDS_OK) status = tool_check_stop(error);
-    if (status == PBNDS_OK)
-        status = tool_displayed(&radiance, &s->display, &shown, error);
+    struct pbnds_display display = s->display;
+    if (sample->target == PBNDS_TARGET_DISPLAY) display.tonemap = PBNDS_TONEMAP_NONE;
+    if (status == PBNDS_OK) status = tool_displayed(&radiance, &display, &shown, error);
     if (status == PBNDS_OK) {
         status =
             pbnds_metrics_compare(&shown, truth_shown, &radiance, &sample->radiance,
@@ -90,6 +92,7 @@ static enum pbnds_status score(struct scorer *s, const struct pbnds_sample *samp
     }
     if (status == PBNDS_OK) {
         struct tool_row row;
+        if (sample->target == PBNDS_TARGET_DISPLAY) m.relmse = (double)NAN;
         tool_row_set(&row, &m, seconds);
         for (int c = 0; c < TOOL_COLUMN_COUNT; ++c) {
             column(s, shader, c)[i] = row.value[c];
@@ -107,8 +110,12 @@ static enum pbnds_status score_sample(struct scorer *s, int i,
     struct pbnds_sample sample;
     PBNDS_TRY(pbnds_sample_load(s->list.folders[i], &sample, error));
     struct pbnds_image truth = {0, 0, 0, NULL};
-    enum pbnds_status status =
-        tool_displayed(&sample.radiance, &s->display, &truth, error);
+    /* A photograph is shown as it was taken; what is compared with it gets the exposure,
+     * but no tone map either. */
+    const struct pbnds_display plain = {0.0f, PBNDS_TONEMAP_NONE};
+    const bool photograph = sample.target == PBNDS_TARGET_DISPLAY;
+    enum pbnds_status status = tool_displayed(
+        &sample.radiance, photograph ? &plain : &s->display, &truth, error);
     if (status == PBNDS_OK && i == 0) {
         s->width = sample.gbuffer.width;
         s->height = sample.gbuffer.height;

@@ -33,22 +33,29 @@ static enum pbnds_status write_light(const char *folder,
     return status;
 }
 
-static enum pbnds_status write_json(const char *folder,
-                                    const struct pbnds_dataset_recipe *recipe,
-                                    const struct pbnds_draw *draw,
+static enum pbnds_status write_json(const char *folder, const cJSON *json,
                                     struct pbnds_error *error)
 {
     char path[4200];
     (void)snprintf(path, sizeof path, "%s/sample.json", folder);
-    cJSON *json = cJSON_Duplicate(draw->notes, true);
-    cJSON_AddNumberToObject(json, "spp", recipe->spp);
-    cJSON_AddNumberToObject(json, "seed", (double)recipe->seed);
     char *text = cJSON_Print(json);
-    cJSON_Delete(json);
     if (!text) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
     const enum pbnds_status status = pbnds_file_write(path, text, strlen(text), error);
     free(text);
     return status;
+}
+
+enum pbnds_status pbnds_sample_write_parts(const char *folder,
+                                           const struct pbnds_sample_parts *parts,
+                                           struct pbnds_error *error)
+{
+    char path[4200];
+    (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
+    PBNDS_TRY(pbnds_gbuffer_write(path, parts->gbuffer, parts->origin, parts->radiance,
+                                  parts->extra, parts->extra_count, PBNDS_EXR_PIZ,
+                                  error));
+    PBNDS_TRY(write_light(folder, parts->light, error));
+    return write_json(folder, parts->json, error);
 }
 
 static struct pbnds_exr_channel *target_channels(const struct pbnds_image *direct,
@@ -97,13 +104,18 @@ enum pbnds_status pbnds_sample_write(const char *folder,
     (void)snprintf(origin.arguments, sizeof origin.arguments,
                    "dataset, %s sample %d of %s", pbnds_split_name(draw->split),
                    draw->index, draw->asset->stem);
-    char path[4200];
-    (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
-    enum pbnds_status status =
-        pbnds_gbuffer_write(path, &targets->gbuffer, &origin, &targets->radiance, extra,
-                            4, PBNDS_EXR_PIZ, error);
-    if (status == PBNDS_OK) status = write_light(folder, &draw->light, error);
-    if (status == PBNDS_OK) status = write_json(folder, recipe, draw, error);
+    cJSON *json = cJSON_Duplicate(draw->notes, true);
+    cJSON_AddNumberToObject(json, "spp", recipe->spp);
+    cJSON_AddNumberToObject(json, "seed", (double)recipe->seed);
+    const struct pbnds_sample_parts parts = {.gbuffer = &targets->gbuffer,
+                                             .origin = &origin,
+                                             .radiance = &targets->radiance,
+                                             .extra = extra,
+                                             .extra_count = 4,
+                                             .light = &draw->light,
+                                             .json = json};
+    const enum pbnds_status status = pbnds_sample_write_parts(folder, &parts, error);
+    cJSON_Delete(json);
     free(extra);
     free(planes);
     return status;
@@ -116,6 +128,11 @@ static enum pbnds_status read_targets(const char *path, const struct pbnds_exr *
 {
     static const char *const NAMES[3] = {"direct.R", "direct.G", "direct.B"};
     const size_t count = (size_t)exr->width * (size_t)exr->height;
+    /* Nobody knows these of a photograph. */
+    if (sample->target == PBNDS_TARGET_DISPLAY && !pbnds_exr_find(exr, NAMES[0]) &&
+        !pbnds_exr_find(exr, "visibility")) {
+        return PBNDS_OK;
+    }
     PBNDS_TRY(pbnds_image_init(&sample->direct, exr->width, exr->height, 3, error));
     for (size_t c = 0; c < 3; ++c) {
         const struct pbnds_exr_channel *channel = pbnds_exr_find(exr, NAMES[c]);
@@ -154,8 +171,10 @@ enum pbnds_status pbnds_sample_load(const char *folder, struct pbnds_sample *sam
     char path[4200];
     (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
     struct pbnds_exr exr = {0};
-    enum pbnds_status status = pbnds_gbuffer_read(path, &sample->gbuffer, NULL,
+    struct pbnds_gbuffer_origin origin;
+    enum pbnds_status status = pbnds_gbuffer_read(path, &sample->gbuffer, &origin,
                                                   &sample->radiance, &exr, error);
+    if (status == PBNDS_OK) sample->target = origin.target;
     if (status == PBNDS_OK && !sample->radiance.data) {
         status = pbnds_fail(error, PBNDS_ERROR_FORMAT,
                             "%s: has no reference radiance (R, G, B)", path);

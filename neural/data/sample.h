@@ -8,6 +8,9 @@
  *                   exposure baked in; R, G, B
  *     sample.json   what was drawn: asset, light, yaw, strength, field of view, spp, seed
  *
+ * Data of other origin have fewer targets: photographs (`pbnds:target` display, sRGB decoded;
+ * import_ffhq.h) have neither direct nor visibility.
+ *
  * In a folder of their own, or one after another in a WebDataset tar as KEY.sample.exr,
  * KEY.light.exr, KEY.sample.json.
  */
@@ -20,9 +23,22 @@
 struct pbnds_sample {
     char path[512];
     struct pbnds_gbuffer gbuffer;
-    struct pbnds_image radiance, direct;
-    uint32_t *visibility;        /**< width * height, owned */
+    enum pbnds_target target;    /**< what radiance is */
+    struct pbnds_image radiance; /**< or the photograph */
+    struct pbnds_image direct;   /**< empty in photographs */
+    uint32_t *visibility;        /**< width * height, owned; NULL in photographs */
     struct pbnds_envmap *envmap; /**< of light.exr */
+};
+
+/** What the files of a sample are made of, whoever made it. All borrowed. */
+struct pbnds_sample_parts {
+    const struct pbnds_gbuffer *gbuffer;
+    const struct pbnds_gbuffer_origin *origin;
+    const struct pbnds_image *radiance;
+    const struct pbnds_exr_channel *extra; /**< further targets */
+    int extra_count;
+    const struct pbnds_image *light; /**< light.exr: 3 channels, gltf convention */
+    const cJSON *json;               /**< sample.json */
 };
 
 #ifdef __cplusplus
@@ -30,6 +46,11 @@ extern "C" {
 #endif
 
 /** Writes the three files into a folder that exists. Errors: IO, MEMORY. */
+enum pbnds_status pbnds_sample_write_parts(const char *folder,
+                                           const struct pbnds_sample_parts *parts,
+                                           struct pbnds_error *error) PBNDS_NODISCARD;
+
+/** The same of a draw. */
 enum pbnds_status pbnds_sample_write(const char *folder,
                                      const struct pbnds_dataset_recipe *recipe,
                                      const struct pbnds_draw *draw,

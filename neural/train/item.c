@@ -54,6 +54,22 @@ static bool precompute_transport(struct pbnds_train_item *item)
     return true;
 }
 
+/* Light is linear; what a camera made of it is not, and it tells no shadow from a dark
+ * surface. */
+static enum pbnds_status check_targets(const char *folder,
+                                       const struct pbnds_sample *sample,
+                                       bool transport, struct pbnds_error *error)
+{
+    if (!transport || (sample->direct.data && sample->visibility &&
+                       sample->target == PBNDS_TARGET_RADIANCE)) {
+        return PBNDS_OK;
+    }
+    return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,
+                      "%s: is a photograph, without the direct light, visibility and "
+                      "linear radiance that transport learns from; train pbnds+ on it",
+                      folder);
+}
+
 enum pbnds_status pbnds_train_item_load(const char *folder, bool transport,
                                         struct pbnds_train_item *item,
                                         struct pbnds_error *error)
@@ -61,20 +77,23 @@ enum pbnds_status pbnds_train_item_load(const char *folder, bool transport,
     *item = (struct pbnds_train_item){0};
     struct pbnds_sample sample;
     PBNDS_TRY(pbnds_sample_load(folder, &sample, error));
-    enum pbnds_status status = pbnds_view_create(&sample.gbuffer, &item->view, error);
+    enum pbnds_status status = check_targets(folder, &sample, transport, error);
+    if (status == PBNDS_OK)
+        status = pbnds_view_create(&sample.gbuffer, &item->view, error);
     if (status == PBNDS_OK) {
         item->envmap = sample.envmap;
         sample.envmap = NULL;
         item->visibility = sample.visibility;
         sample.visibility = NULL;
         item->radiance = without_emission(&sample.radiance, &sample.gbuffer);
-        item->direct = without_emission(&sample.direct, &sample.gbuffer);
+        if (sample.direct.data)
+            item->direct = without_emission(&sample.direct, &sample.gbuffer);
         for (int k = 0; k < PBNDS_DATASET_LIGHTS; ++k) {
             item->lights[k].wi = pbnds_vec3_make(0.0f, 1.0f, 0.0f);
         }
         item->light_count =
             pbnds_envmap_cluster(item->envmap, PBNDS_DATASET_LIGHTS, item->lights);
-        if (!item->radiance || !item->direct ||
+        if (!item->radiance || (sample.direct.data && !item->direct) ||
             (transport && !precompute_transport(item))) {
             status = pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", folder);
         }
@@ -104,8 +123,9 @@ void pbnds_train_item_free(struct pbnds_train_item *item)
 size_t pbnds_train_item_bytes(const struct pbnds_train_item *item)
 {
     const size_t pixels = (size_t)item->view.width * (size_t)item->view.height;
-    const size_t floats = PBNDS_PLANE_COUNT + 1 + 3 + 3 + (item->specular ? 3 : 0);
-    const size_t words = 1 + (item->march.thin ? 2 : 0);
+    const size_t floats = PBNDS_PLANE_COUNT + 1 + 3 + (item->direct ? 3u : 0u) +
+                          (item->specular ? 3u : 0u);
+    const size_t words = (item->visibility ? 1u : 0u) + (item->march.thin ? 2u : 0u);
     /* the light map with its chain of smaller ones and its sampling tables */
     const size_t texels = PBNDS_DATASET_LIGHT_WIDTH * PBNDS_DATASET_LIGHT_WIDTH / 2;
     return pixels * 4 * (floats + words) + texels * 4 * 6;

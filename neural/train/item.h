@@ -17,10 +17,12 @@ struct pbnds_train_item {
     struct pbnds_env_light
         lights[PBNDS_DATASET_LIGHTS]; /**< clusters; unused ones black */
     int light_count;
-    float *radiance;      /**< [h, w, 3] reference without the primary emission */
-    float *direct;        /**< [h, w, 3] its direct part */
+    float *radiance;      /**< [h, w, 3] reference without the primary emission; of a
+                               photograph its sRGB-decoded values, which pbnds+, a model
+                               of the displayed image, takes as they are */
+    float *direct;        /**< [h, w, 3] its direct part; NULL in photographs */
     float *specular;      /**< [h, w, 3] narrow specular of the whole map (transport) */
-    uint32_t *visibility; /**< bit i: cluster i is seen, by rays */
+    uint32_t *visibility; /**< bit i: cluster i is seen, by rays; NULL in photographs */
     struct pbnds_march march; /**< bit i: cluster i is blocked, by march */
 };
 
@@ -29,7 +31,8 @@ extern "C" {
 #endif
 
 /** Loads a sample's folder and precomputes. `transport` says whether the planes only
- * that model reads are needed. */
+ * that model reads are needed; photographs, which cannot have them, are then
+ * UNSUPPORTED. */
 enum pbnds_status pbnds_train_item_load(const char *folder, bool transport,
                                         struct pbnds_train_item *item,
                                         struct pbnds_error *error) PBNDS_NODISCARD;
