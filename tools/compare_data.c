@@ -108,7 +108,7 @@ static enum pbnds_status score_sample(struct scorer *s, int i,
                                       struct pbnds_error *error)
 {
     struct pbnds_sample sample;
-    PBNDS_TRY(pbnds_sample_load(s->list.folders[i], &sample, error));
+    PBNDS_TRY(pbnds_sample_load(s->list.folders[i], 0, &sample, error));
     struct pbnds_image truth = {0, 0, 0, NULL};
     /* A photograph is shown as it was taken; what is compared with it gets the exposure,
      * but no tone map either. */

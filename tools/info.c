@@ -169,7 +169,7 @@ static enum pbnds_status check_dataset(const char *path, struct pbnds_error *err
         enum pbnds_status status = PBNDS_OK;
         for (int i = 0; i < list.count && status == PBNDS_OK; ++i) {
             struct pbnds_sample sample;
-            status = pbnds_sample_load(list.folders[i], &sample, error);
+            status = pbnds_sample_load(list.folders[i], 0, &sample, error);
             if (status == PBNDS_OK) pbnds_sample_free(&sample);
             if (status == PBNDS_OK) status = tool_check_stop(error);
             pbnds_progress(tool_report(), "check", i + 1.0, list.count);

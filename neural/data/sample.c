@@ -4,39 +4,175 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "engine/core/file.h"
+#include "neural/data/pack.h"
+
+enum { PATH_SIZE = 4200 };
+
+const char *pbnds_sample_file(int i)
+{
+    static const char *const FILES[] = {"sample.exr", "light.exr", "sample.json",
+                                        "olat.exr"};
+    return i >= 0 && i < (int)(sizeof FILES / sizeof *FILES) ? FILES[i] : NULL;
+}
+
+/* Channels of a file to be, with the planes that are made for them. */
+
+struct sheet {
+    size_t pixels;
+    struct pbnds_exr_channel *channels;
+    int count;
+    float *planes; /* the rest of what sheet_open() took; owned by `block` */
+    float *block;
+};
+
+static bool sheet_open(struct sheet *sheet, size_t pixels, int channels, int planes)
+{
+    *sheet = (struct sheet){.pixels = pixels};
+    sheet->channels = calloc((size_t)channels, sizeof *sheet->channels);
+    sheet->block = malloc((size_t)planes * pixels * sizeof *sheet->block);
+    sheet->planes = sheet->block;
+    return sheet->channels && sheet->block;
+}
+
+static void sheet_close(struct sheet *sheet)
+{
+    free(sheet->channels);
+    free(sheet->block);
+}
+
+static void add_channel(struct sheet *sheet, const char *prefix, const char *name,
+                        enum pbnds_exr_type type, const void *data)
+{
+    struct pbnds_exr_channel *c = &sheet->channels[sheet->count++];
+    (void)snprintf(c->name, sizeof c->name, "%s%s", prefix, name);
+    c->type = type;
+    c->data = (void *)(uintptr_t)data; /* is only read */
+}
+
+/* The next three planes as prefix + R, G, B. */
+static void add_planes(struct sheet *sheet, const char *prefix,
+                       enum pbnds_exr_type type)
+{
+    static const char *const NAMES[3] = {"R", "G", "B"};
+    for (int c = 0; c < 3; ++c, sheet->planes += sheet->pixels)
+        add_channel(sheet, prefix, NAMES[c], type, sheet->planes);
+}
+
+static enum pbnds_exr_type type_of(const float *values, size_t count)
+{
+    return pbnds_pack_fits_half(values, count) ? PBNDS_EXR_HALF : PBNDS_EXR_FLOAT;
+}
+
+static void split(const struct pbnds_image *image, size_t pixels, float *planes)
+{
+    for (size_t i = 0; i < pixels; ++i) {
+        for (size_t c = 0; c < 3; ++c)
+            planes[c * pixels + i] = image->data[3 * i + c];
+    }
+}
+
+static void add_light(struct sheet *sheet, const char *prefix,
+                      const struct pbnds_image *image)
+{
+    split(image, sheet->pixels, sheet->planes);
+    add_planes(sheet, prefix, type_of(sheet->planes, 3 * sheet->pixels));
+}
+
+/* What is left of `all` without `part`; their sums round differently, so not below 0. */
+static void add_rest(struct sheet *sheet, const char *prefix,
+                     const struct pbnds_image *all, const struct pbnds_image *part)
+{
+    for (size_t i = 0; i < sheet->pixels; ++i) {
+        for (size_t c = 0; c < 3; ++c)
+            sheet->planes[c * sheet->pixels + i] =
+                fmaxf(all->data[3 * i + c] - part->data[3 * i + c], 0.0f);
+    }
+    add_planes(sheet, prefix, type_of(sheet->planes, 3 * sheet->pixels));
+}
+
+static void add_variance(struct sheet *sheet, const struct pbnds_image *variance)
+{
+    split(variance, sheet->pixels, sheet->planes);
+    pbnds_pack_round_short(sheet->planes, 3 * sheet->pixels);
+    add_planes(sheet, "variance.", PBNDS_EXR_FLOAT);
+}
+
+/* Writing. */
+
+static enum pbnds_status write_sheet(const char *folder, const char *name,
+                                     const struct sheet *sheet, int width, int height,
+                                     struct pbnds_error *error)
+{
+    char path[PATH_SIZE];
+    (void)snprintf(path, sizeof path, "%s/%s", folder, name);
+    const struct pbnds_exr exr = {.width = width,
+                                  .height = height,
+                                  .compression = PBNDS_EXR_PIZ,
+                                  .channels = sheet->channels,
+                                  .channel_count = sheet->count};
+    return pbnds_exr_write(path, &exr, error);
+}
 
 static enum pbnds_status write_light(const char *folder,
                                      const struct pbnds_image *light,
                                      struct pbnds_error *error)
 {
-    char path[4200];
-    (void)snprintf(path, sizeof path, "%s/light.exr", folder);
-    const size_t count = (size_t)light->width * (size_t)light->height;
-    float *planes = malloc(3 * count * sizeof *planes);
-    if (!planes) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
-    for (size_t i = 0; i < count; ++i) {
-        for (size_t c = 0; c < 3; ++c)
-            planes[c * count + i] = light->data[3 * i + c];
+    struct sheet sheet;
+    enum pbnds_status status = PBNDS_OK;
+    if (sheet_open(&sheet, (size_t)light->width * (size_t)light->height, 3, 3)) {
+        add_light(&sheet, "", light);
+        status = write_sheet(folder, "light.exr", &sheet, light->width, light->height,
+                             error);
+    } else {
+        status = pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", folder);
     }
-    struct pbnds_exr_channel channels[3] = {{"B", PBNDS_EXR_FLOAT, planes + 2 * count},
-                                            {"G", PBNDS_EXR_FLOAT, planes + count},
-                                            {"R", PBNDS_EXR_FLOAT, planes}};
-    const struct pbnds_exr exr = {.width = light->width,
-                                  .height = light->height,
-                                  .compression = PBNDS_EXR_ZIP,
-                                  .channels = channels,
-                                  .channel_count = 3};
-    const enum pbnds_status status = pbnds_exr_write(path, &exr, error);
-    free(planes);
+    sheet_close(&sheet);
     return status;
+}
+
+static enum pbnds_status write_olat(const char *folder, const struct pbnds_olat *olat,
+                                    struct pbnds_error *error)
+{
+    const int width = olat->images->width, height = olat->images->height;
+    struct sheet sheet;
+    enum pbnds_status status = PBNDS_OK;
+    if (sheet_open(&sheet, (size_t)width * (size_t)height, 3 * olat->count + 1,
+                   3 * olat->count)) {
+        for (int k = 0; k < olat->count; ++k) {
+            char prefix[24];
+            (void)snprintf(prefix, sizeof prefix, "olat.%02d.", k);
+            add_light(&sheet, prefix, &olat->images[k]);
+        }
+        add_channel(&sheet, "", "olat_visibility", PBNDS_EXR_UINT, olat->visibility);
+        status = write_sheet(folder, "olat.exr", &sheet, width, height, error);
+    } else {
+        status = pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", folder);
+    }
+    sheet_close(&sheet);
+    return status;
+}
+
+static void describe_olat(cJSON *json, const struct pbnds_dataset_recipe *recipe,
+                          const struct pbnds_olat *olat)
+{
+    if (olat->count == 0) return;
+    cJSON *object = cJSON_AddObjectToObject(json, "olat");
+    cJSON_AddNumberToObject(object, "spp",
+                            recipe->olat_spp ? recipe->olat_spp : recipe->spp);
+    cJSON *list = cJSON_AddArrayToObject(object, "wi");
+    for (int k = 0; k < olat->count; ++k) {
+        const struct pbnds_vec3 *w = &olat->wi[k];
+        cJSON_AddItemToArray(list, cJSON_CreateFloatArray(&w->x, 3));
+    }
 }
 
 static enum pbnds_status write_json(const char *folder, const cJSON *json,
                                     struct pbnds_error *error)
 {
-    char path[4200];
+    char path[PATH_SIZE];
     (void)snprintf(path, sizeof path, "%s/sample.json", folder);
     char *text = cJSON_Print(json);
     if (!text) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
@@ -49,53 +185,20 @@ enum pbnds_status pbnds_sample_write_parts(const char *folder,
                                            const struct pbnds_sample_parts *parts,
                                            struct pbnds_error *error)
 {
-    char path[4200];
+    char path[PATH_SIZE];
     (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
     PBNDS_TRY(pbnds_gbuffer_write(path, parts->gbuffer, parts->origin, parts->radiance,
                                   parts->extra, parts->extra_count, PBNDS_EXR_PIZ,
                                   error));
     PBNDS_TRY(write_light(folder, parts->light, error));
+    if (parts->olat && parts->olat->count > 0)
+        PBNDS_TRY(write_olat(folder, parts->olat, error));
     return write_json(folder, parts->json, error);
 }
 
-static struct pbnds_exr_channel *target_channels(const struct pbnds_image *direct,
-                                                 const uint32_t *visibility,
-                                                 float **planes)
+static struct pbnds_gbuffer_origin origin_of(const struct pbnds_dataset_recipe *recipe,
+                                             const struct pbnds_draw *draw)
 {
-    const size_t count = (size_t)direct->width * (size_t)direct->height;
-    static const char *const NAMES[3] = {"direct.R", "direct.G", "direct.B"};
-    struct pbnds_exr_channel *channels = calloc(4, sizeof *channels);
-    *planes = malloc(3 * count * sizeof **planes);
-    if (!channels || !*planes) {
-        free(channels);
-        free(*planes);
-        *planes = NULL;
-        return NULL;
-    }
-    for (size_t c = 0; c < 3; ++c) {
-        (void)snprintf(channels[c].name, sizeof channels[c].name, "%s", NAMES[c]);
-        channels[c].type = PBNDS_EXR_FLOAT;
-        channels[c].data = *planes + c * count;
-        for (size_t i = 0; i < count; ++i) {
-            (*planes)[c * count + i] = direct->data[3 * i + c];
-        }
-    }
-    (void)snprintf(channels[3].name, sizeof channels[3].name, "visibility");
-    channels[3].type = PBNDS_EXR_UINT;
-    channels[3].data = (void *)(uintptr_t)visibility;
-    return channels;
-}
-
-enum pbnds_status pbnds_sample_write(const char *folder,
-                                     const struct pbnds_dataset_recipe *recipe,
-                                     const struct pbnds_draw *draw,
-                                     const struct pbnds_targets *targets,
-                                     struct pbnds_error *error)
-{
-    float *planes = NULL;
-    struct pbnds_exr_channel *extra =
-        target_channels(&targets->direct, targets->visibility, &planes);
-    if (!extra) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", folder);
     struct pbnds_gbuffer_origin origin = {.env_yaw_deg = draw->yaw_deg,
                                           .env_strength = draw->strength,
                                           .seed = recipe->seed};
@@ -104,88 +207,240 @@ enum pbnds_status pbnds_sample_write(const char *folder,
     (void)snprintf(origin.arguments, sizeof origin.arguments,
                    "dataset, %s sample %d of %s", pbnds_split_name(draw->split),
                    draw->index, draw->asset->stem);
+    return origin;
+}
+
+/* Directions, as many samples each. */
+static void describe_olat(cJSON *json, const struct pbnds_dataset_recipe *recipe,
+                          const struct pbnds_olat *olat)
+{
+    if (olat->count == 0) return;
+    cJSON *object = cJSON_AddObjectToObject(json, "olat");
+    cJSON_AddNumberToObject(object, "spp",
+                            recipe->olat_spp ? recipe->olat_spp : recipe->spp);
+    cJSON *list = cJSON_AddArrayToObject(object, "wi");
+    for (int k = 0; k < olat->count; ++k) {
+        const struct pbnds_vec3 *w = &olat->wi[k];
+        cJSON_AddItemToArray(
+            list, cJSON_CreateFloatArray((const float[3]){w->x, w->y, w->z}, 3));
+    }
+}
+
+static cJSON *describe(const struct pbnds_dataset_recipe *recipe,
+                       const struct pbnds_draw *draw,
+                       const struct pbnds_targets *targets)
+{
     cJSON *json = cJSON_Duplicate(draw->notes, true);
     cJSON_AddNumberToObject(json, "spp", recipe->spp);
     cJSON_AddNumberToObject(json, "seed", (double)recipe->seed);
-    const struct pbnds_sample_parts parts = {.gbuffer = &targets->gbuffer,
-                                             .origin = &origin,
-                                             .radiance = &targets->radiance,
-                                             .extra = extra,
-                                             .extra_count = 4,
-                                             .light = &draw->light,
-                                             .json = json};
-    const enum pbnds_status status = pbnds_sample_write_parts(folder, &parts, error);
-    cJSON_Delete(json);
-    free(extra);
-    free(planes);
+    describe_olat(json, recipe, &targets->olat);
+    return json;
+}
+
+enum pbnds_status pbnds_sample_write(const char *folder,
+                                     const struct pbnds_dataset_recipe *recipe,
+                                     const struct pbnds_draw *draw,
+                                     const struct pbnds_targets *targets,
+                                     struct pbnds_error *error)
+{
+    enum { LAYERS = 4, OTHERS = 2 }; /* light, direct, indirect, variance; A, bits */
+    const struct pbnds_gbuffer *g = &targets->gbuffer;
+    const size_t pixels = (size_t)g->width * (size_t)g->height;
+    struct sheet sheet;
+    enum pbnds_status status;
+    if (sheet_open(&sheet, pixels, 3 * LAYERS + OTHERS, 3 * LAYERS)) {
+        add_light(&sheet, "", &targets->radiance);
+        add_light(&sheet, "direct.", &targets->direct);
+        add_rest(&sheet, "indirect.", &targets->radiance, &targets->direct);
+        if (targets->variance.data) add_variance(&sheet, &targets->variance);
+        add_channel(&sheet, "", "A", PBNDS_EXR_HALF, g->coverage);
+        add_channel(&sheet, "", "visibility", PBNDS_EXR_UINT, targets->visibility);
+        const struct pbnds_gbuffer_origin origin = origin_of(recipe, draw);
+        cJSON *json = describe(recipe, draw, targets);
+        const struct pbnds_sample_parts parts = {.gbuffer = g,
+                                                 .origin = &origin,
+                                                 .extra = sheet.channels,
+                                                 .extra_count = sheet.count,
+                                                 .light = &targets->light,
+                                                 .olat = &targets->olat,
+                                                 .json = json};
+        status = pbnds_sample_write_parts(folder, &parts, error);
+        cJSON_Delete(json);
+    } else {
+        status = pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", folder);
+    }
+    sheet_close(&sheet);
     return status;
 }
 
-/* Interleaves direct.R, .G, .B and copies the visibility words. */
-static enum pbnds_status read_targets(const char *path, const struct pbnds_exr *exr,
-                                      struct pbnds_sample *sample,
-                                      struct pbnds_error *error)
+/* Reading. */
+
+static bool has_layer(const struct pbnds_exr *exr, const char *prefix)
 {
-    static const char *const NAMES[3] = {"direct.R", "direct.G", "direct.B"};
+    char name[64];
+    (void)snprintf(name, sizeof name, "%sR", prefix);
+    return pbnds_exr_find(exr, name) != NULL;
+}
+
+/* Interleaves prefix + R, G, B. */
+static enum pbnds_status read_layer(const char *path, const struct pbnds_exr *exr,
+                                    const char *prefix, struct pbnds_image *image,
+                                    struct pbnds_error *error)
+{
     const size_t count = (size_t)exr->width * (size_t)exr->height;
-    /* Nobody knows these of a photograph. */
-    if (sample->target == PBNDS_TARGET_DISPLAY && !pbnds_exr_find(exr, NAMES[0]) &&
-        !pbnds_exr_find(exr, "visibility")) {
-        return PBNDS_OK;
-    }
-    PBNDS_TRY(pbnds_image_init(&sample->direct, exr->width, exr->height, 3, error));
+    PBNDS_TRY(pbnds_image_init(image, exr->width, exr->height, 3, error));
     for (size_t c = 0; c < 3; ++c) {
-        const struct pbnds_exr_channel *channel = pbnds_exr_find(exr, NAMES[c]);
+        char name[64];
+        (void)snprintf(name, sizeof name, "%s%c", prefix, "RGB"[c]);
+        const struct pbnds_exr_channel *channel = pbnds_exr_find(exr, name);
         if (!channel || channel->type == PBNDS_EXR_UINT) {
             return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: has no channel %s", path,
-                              NAMES[c]);
+                              name);
         }
         const float *plane = channel->data;
         for (size_t i = 0; i < count; ++i) {
             if (!isfinite(plane[i])) {
                 return pbnds_fail(error, PBNDS_ERROR_FORMAT,
-                                  "%s: %s is not finite at pixel %zu", path, NAMES[c],
-                                  i);
+                                  "%s: %s is not finite at pixel %zu", path, name, i);
             }
-            sample->direct.data[3 * i + c] = plane[i];
+            image->data[3 * i + c] = plane[i];
         }
     }
-    const struct pbnds_exr_channel *visibility = pbnds_exr_find(exr, "visibility");
-    sample->visibility = malloc(count * sizeof *sample->visibility);
-    if (!sample->visibility) {
-        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
-    }
-    if (!visibility || visibility->type != PBNDS_EXR_UINT) {
-        return pbnds_fail(error, PBNDS_ERROR_FORMAT,
-                          "%s: has no uint channel visibility", path);
-    }
-    memcpy(sample->visibility, visibility->data, count * sizeof *sample->visibility);
     return PBNDS_OK;
 }
 
-enum pbnds_status pbnds_sample_load(const char *folder, struct pbnds_sample *sample,
+static enum pbnds_status read_bits(const char *path, const struct pbnds_exr *exr,
+                                   const char *name, uint32_t **bits,
+                                   struct pbnds_error *error)
+{
+    const size_t count = (size_t)exr->width * (size_t)exr->height;
+    const struct pbnds_exr_channel *channel = pbnds_exr_find(exr, name);
+    if (!channel || channel->type != PBNDS_EXR_UINT) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: has no uint channel %s", path,
+                          name);
+    }
+    *bits = malloc(count * sizeof **bits);
+    if (!*bits) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
+    memcpy(*bits, channel->data, count * sizeof **bits);
+    return PBNDS_OK;
+}
+
+static enum pbnds_status read_targets(const char *path, const struct pbnds_exr *exr,
+                                      unsigned parts, struct pbnds_sample *sample,
+                                      struct pbnds_error *error)
+{
+    if (!sample->radiance.data) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT,
+                          "%s: has no reference radiance (R, G, B)", path);
+    }
+    /* Nobody knows these of a photograph. */
+    if (sample->target == PBNDS_TARGET_DISPLAY && !has_layer(exr, "direct.") &&
+        !pbnds_exr_find(exr, "visibility")) {
+        return PBNDS_OK;
+    }
+    PBNDS_TRY(read_layer(path, exr, "direct.", &sample->direct, error));
+    if ((parts & PBNDS_SAMPLE_VARIANCE) && has_layer(exr, "variance."))
+        PBNDS_TRY(read_layer(path, exr, "variance.", &sample->variance, error));
+    return read_bits(path, exr, "visibility", &sample->visibility, error);
+}
+
+/* The directions that sample.json lists: their number, or -1 where it is damaged. */
+static int list_directions(const cJSON *json, struct pbnds_vec3 *wi)
+{
+    const cJSON *list = cJSON_GetObjectItemCaseSensitive(
+        cJSON_GetObjectItemCaseSensitive(json, "olat"), "wi");
+    const cJSON *item;
+    int count = 0;
+    cJSON_ArrayForEach(item, list)
+    {
+        if (count == PBNDS_DATASET_OLAT || cJSON_GetArraySize(item) != 3) return -1;
+        float w[3];
+        for (int c = 0; c < 3; ++c)
+            w[c] = (float)cJSON_GetNumberValue(cJSON_GetArrayItem(item, c));
+        wi[count] = pbnds_vec3_make(w[0], w[1], w[2]);
+        /* written so that NaN fails */
+        if (!(fabsf(pbnds_length(wi[count++]) - 1.0f) < 1e-3f)) return -1;
+    }
+    return count;
+}
+
+static enum pbnds_status read_directions(const char *path, struct pbnds_olat *olat,
+                                         struct pbnds_error *error)
+{
+    uint8_t *text = NULL;
+    size_t size = 0;
+    PBNDS_TRY(pbnds_file_read(path, (size_t)1 << 24, &text, &size, error));
+    cJSON *json = cJSON_ParseWithLength((const char *)text, size);
+    free(text);
+    const int count = list_directions(json, olat->wi);
+    cJSON_Delete(json);
+    if (count < 1) {
+        return pbnds_fail(
+            error, PBNDS_ERROR_FORMAT,
+            "%s: has no list of unit directions olat.wi, as olat.exr needs", path);
+    }
+    olat->count = count;
+    return PBNDS_OK;
+}
+
+static enum pbnds_status read_lights(const char *path, const struct pbnds_exr *exr,
+                                     const struct pbnds_gbuffer *g,
+                                     struct pbnds_olat *olat, struct pbnds_error *error)
+{
+    if (exr->width != g->width || exr->height != g->height) {
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT,
+                          "%s: is %d x %d, the sample %d x %d", path, exr->width,
+                          exr->height, g->width, g->height);
+    }
+    olat->images = calloc((size_t)olat->count, sizeof *olat->images);
+    if (!olat->images)
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", path);
+    for (int k = 0; k < olat->count; ++k) {
+        char prefix[24];
+        (void)snprintf(prefix, sizeof prefix, "olat.%02d.", k);
+        PBNDS_TRY(read_layer(path, exr, prefix, &olat->images[k], error));
+    }
+    return read_bits(path, exr, "olat_visibility", &olat->visibility, error);
+}
+
+static enum pbnds_status load_olat(const char *folder, struct pbnds_sample *sample,
+                                   struct pbnds_error *error)
+{
+    char path[PATH_SIZE], json[PATH_SIZE];
+    (void)snprintf(path, sizeof path, "%s/olat.exr", folder);
+    (void)snprintf(json, sizeof json, "%s/sample.json", folder);
+    if (access(path, F_OK) != 0) return PBNDS_OK;
+    struct pbnds_exr exr = {0};
+    PBNDS_TRY(read_directions(json, &sample->olat, error));
+    enum pbnds_status status = pbnds_exr_read(path, &exr, error);
+    if (status == PBNDS_OK)
+        status = read_lights(path, &exr, &sample->gbuffer, &sample->olat, error);
+    pbnds_exr_free(&exr);
+    return status;
+}
+
+enum pbnds_status pbnds_sample_load(const char *folder, unsigned parts,
+                                    struct pbnds_sample *sample,
                                     struct pbnds_error *error)
 {
     *sample = (struct pbnds_sample){0};
     (void)snprintf(sample->path, sizeof sample->path, "%s", folder);
-    char path[4200];
+    char path[PATH_SIZE];
     (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
     struct pbnds_exr exr = {0};
     struct pbnds_gbuffer_origin origin;
     enum pbnds_status status = pbnds_gbuffer_read(path, &sample->gbuffer, &origin,
                                                   &sample->radiance, &exr, error);
     if (status == PBNDS_OK) sample->target = origin.target;
-    if (status == PBNDS_OK && !sample->radiance.data) {
-        status = pbnds_fail(error, PBNDS_ERROR_FORMAT,
-                            "%s: has no reference radiance (R, G, B)", path);
-    }
-    if (status == PBNDS_OK) status = read_targets(path, &exr, sample, error);
+    if (status == PBNDS_OK) status = read_targets(path, &exr, parts, sample, error);
     pbnds_exr_free(&exr);
     if (status == PBNDS_OK) {
         (void)snprintf(path, sizeof path, "%s/light.exr", folder);
         status =
             pbnds_envmap_load(path, PBNDS_ENV_GLTF, 0.0f, 1.0f, &sample->envmap, error);
     }
+    if (status == PBNDS_OK && (parts & PBNDS_SAMPLE_OLAT))
+        status = load_olat(folder, sample, error);
     if (status != PBNDS_OK) pbnds_sample_free(sample);
     return status;
 }
@@ -195,7 +450,9 @@ void pbnds_sample_free(struct pbnds_sample *sample)
     pbnds_gbuffer_free(&sample->gbuffer);
     pbnds_image_free(&sample->radiance);
     pbnds_image_free(&sample->direct);
+    pbnds_image_free(&sample->variance);
     free(sample->visibility);
     pbnds_envmap_free(sample->envmap);
+    pbnds_olat_free(&sample->olat);
     *sample = (struct pbnds_sample){0};
 }

@@ -76,7 +76,7 @@ enum pbnds_status pbnds_train_item_load(const char *folder, bool transport,
 {
     *item = (struct pbnds_train_item){0};
     struct pbnds_sample sample;
-    PBNDS_TRY(pbnds_sample_load(folder, &sample, error));
+    PBNDS_TRY(pbnds_sample_load(folder, 0, &sample, error));
     enum pbnds_status status = check_targets(folder, &sample, transport, error);
     if (status == PBNDS_OK)
         status = pbnds_view_create(&sample.gbuffer, &item->view, error);

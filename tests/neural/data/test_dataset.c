@@ -77,7 +77,7 @@ static void a_sample_reads_back_whole(void **state)
     (void)state;
     struct pbnds_sample sample;
     struct pbnds_error error = {{0}};
-    if (pbnds_sample_load("test_dataset_whole/val/000000", &sample, &error) !=
+    if (pbnds_sample_load("test_dataset_whole/val/000000", 0, &sample, &error) !=
         PBNDS_OK) {
         fail_msg("%s", error.message);
     }
@@ -243,7 +243,7 @@ static void damaged_samples_are_refused(void **state)
     struct pbnds_error error = {{0}};
     const char *file = "test_dataset_whole/test/000000/sample.exr";
     assert_int_equal(truncate(file, 3000), 0);
-    assert_true(pbnds_sample_load("test_dataset_whole/test/000000", &sample, &error) !=
+    assert_true(pbnds_sample_load("test_dataset_whole/test/000000", 0, &sample, &error) !=
                 PBNDS_OK);
     assert_non_null(strstr(error.message, "000000/sample.exr"));
     assert_int_equal(pbnds_dataset_list("test_dataset_nowhere", PBNDS_SPLIT_TRAIN,

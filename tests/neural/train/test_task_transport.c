@@ -54,7 +54,7 @@ static void training_and_rendering_agree(void **state)
     struct pbnds_train_item item;
     struct pbnds_sample sample;
     assert_int_equal(pbnds_train_item_load(folder, true, &item, NULL), PBNDS_OK);
-    assert_int_equal(pbnds_sample_load(folder, &sample, NULL), PBNDS_OK);
+    assert_int_equal(pbnds_sample_load(folder, 0, &sample, NULL), PBNDS_OK);
     const struct pbnds_task task = {.model = ops->model,
                                     .lights = PBNDS_DATASET_LIGHTS};
     struct pbnds_batch batch;
