@@ -155,20 +155,6 @@ static enum pbnds_status write_olat(const char *folder, const struct pbnds_olat 
     return status;
 }
 
-static void describe_olat(cJSON *json, const struct pbnds_dataset_recipe *recipe,
-                          const struct pbnds_olat *olat)
-{
-    if (olat->count == 0) return;
-    cJSON *object = cJSON_AddObjectToObject(json, "olat");
-    cJSON_AddNumberToObject(object, "spp",
-                            recipe->olat_spp ? recipe->olat_spp : recipe->spp);
-    cJSON *list = cJSON_AddArrayToObject(object, "wi");
-    for (int k = 0; k < olat->count; ++k) {
-        const struct pbnds_vec3 *w = &olat->wi[k];
-        cJSON_AddItemToArray(list, cJSON_CreateFloatArray(&w->x, 3));
-    }
-}
-
 static enum pbnds_status write_json(const char *folder, const cJSON *json,
                                     struct pbnds_error *error)
 {
