@@ -78,6 +78,13 @@ struct tool_options {
     int count;
     int shard[2]; /**< index, count */
     int split;    /**< enum pbnds_split, or -1 */
+    const char *recipe, *root;
+    int worlds, skies;
+    double randomize_materials, swap_textures, mix_lights, hard_lights;
+    bool variance, ao, denoise;
+    int olat, olat_spp;
+    int format, per_tar; /**< enum pbnds_dataset_format; 0: not given */
+    bool dry_run, retry;
 
     const char *model, *init;
     int steps, batch, crop;

@@ -7,7 +7,9 @@
 #ifndef PBNDS_NEURAL_DATA_RECIPE_H
 #define PBNDS_NEURAL_DATA_RECIPE_H
 
+#include <cjson/cJSON.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "engine/core/error.h"
@@ -79,6 +81,35 @@ const char *pbnds_split_name(enum pbnds_split split);
 void pbnds_dataset_recipe_init(struct pbnds_dataset_recipe *recipe);
 /** `count` samples of all splits: a tenth val, a tenth test, the others train. */
 void pbnds_dataset_recipe_count(struct pbnds_dataset_recipe *recipe, int count);
+/** Reads a recipe file: a JSON object,
+ *
+ *     {"scenes": ["assets", {"path": "heads", "share": 0.1}], "envs": ["hdri"],
+ *      "worlds": {"train": 500}, "world_share": 0.7, "world_seed": 1, "skies": {},
+ *      "sky_share": 0, "count": {"train": 3000, "val": 100, "test": 0},
+ *      "size": [128, 128], "spp": 64, "seed": 1, "format": "tar", "per_tar": 100,
+ *      "materials": {"randomize": 0.2, "swap_textures": 0.1},
+ *      "lights": {"mix": 0.1, "hard": 0.1, "dark": 0.04},
+ *      "targets": {"variance": true, "ao": true, "olat": 8, "olat_spp": 16,
+ *                  "denoise": false}, "about": "any text"}
+ *
+ *  in which any key may be missing (defaults) and no other may stand. Paths are below
+ *  `root`; "" is the working folder. Free with pbnds_dataset_recipe_free().
+ *  Errors: IO, FORMAT (the key and what is wanted), MEMORY. */
+enum pbnds_status pbnds_dataset_recipe_load(const char *path, const char *root,
+                                            struct pbnds_dataset_recipe *recipe,
+                                            struct pbnds_error *error) PBNDS_NODISCARD;
+/** The same from memory; `name` is for messages. */
+enum pbnds_status pbnds_dataset_recipe_parse(const char *text, size_t size,
+                                             const char *name, const char *root,
+                                             struct pbnds_dataset_recipe *recipe,
+                                             struct pbnds_error *error) PBNDS_NODISCARD;
+/** Frees what load or parse made; never call it on borrowed strings. */
+void pbnds_dataset_recipe_free(struct pbnds_dataset_recipe *recipe);
+/** Adds everything but the paths and the counts of samples to a JSON object, by the keys
+ *  of a recipe file. */
+void pbnds_dataset_recipe_describe(const struct pbnds_dataset_recipe *recipe,
+                                   cJSON *json);
+
 /** Errors: ARGUMENT, with what is out of range. */
 enum pbnds_status pbnds_dataset_recipe_check(const struct pbnds_dataset_recipe *recipe,
                                              struct pbnds_error *error) PBNDS_NODISCARD;
