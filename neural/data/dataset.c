@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "scenes/generator/generate.h"
+
 struct maker {
     const struct pbnds_dataset_recipe *recipe;
     const char *dir;
@@ -39,6 +41,14 @@ static void add_counts(cJSON *json, const char *name, const int *counts)
                                 counts[s]);
 }
 
+static bool uses_generator(const struct pbnds_dataset_recipe *recipe)
+{
+    int made = 0;
+    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s)
+        made |= recipe->worlds[s] | recipe->skies[s];
+    return made != 0;
+}
+
 static cJSON *manifest_json(const struct maker *m)
 {
     const struct pbnds_dataset_recipe *r = m->recipe;
@@ -50,6 +60,8 @@ static cJSON *manifest_json(const struct maker *m)
     add_counts(json, "count", count);
     add_counts(json, "worlds", r->worlds);
     add_counts(json, "skies", r->skies);
+    if (uses_generator(r))
+        cJSON_AddNumberToObject(json, "world_version", PBNDS_WORLD_VERSION);
     cJSON_AddNumberToObject(json, "width", r->width);
     cJSON_AddNumberToObject(json, "height", r->height);
     cJSON_AddNumberToObject(json, "spp", r->spp);

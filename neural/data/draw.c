@@ -5,6 +5,9 @@
 #include "engine/scene/gltf.h"
 #include "neural/data/draw_camera.h"
 #include "neural/data/draw_light.h"
+#include "neural/data/draw_material.h"
+#include "neural/data/draw_random.h"
+#include "scenes/generator/generate.h"
 
 struct pbnds_drawer {
     const struct pbnds_dataset_recipe *recipe;
@@ -14,6 +17,8 @@ struct pbnds_drawer {
     const struct pbnds_asset *loaded;
     struct pbnds_scene scene;
     struct pbnds_accel *accel;
+    struct pbnds_subjects subjects;
+    struct pbnds_material_store materials; /* those of the file */
 };
 
 enum pbnds_status pbnds_drawer_create(const struct pbnds_dataset_recipe *recipe,
@@ -53,6 +58,8 @@ static void unload(struct pbnds_drawer *d)
 {
     pbnds_accel_free(d->accel);
     d->accel = NULL;
+    pbnds_subjects_free(&d->subjects);
+    pbnds_material_store_free(&d->materials);
     pbnds_scene_free(&d->scene);
     d->loaded = NULL;
 }
@@ -101,19 +108,88 @@ struct pbnds_rng pbnds_draw_rng(const struct pbnds_dataset_recipe *recipe,
                           (uint64_t)stream);
 }
 
+static enum pbnds_status load_world(const struct pbnds_dataset_recipe *recipe,
+                                    const struct pbnds_asset *asset,
+                                    struct pbnds_scene *scene,
+                                    struct pbnds_error *error)
+{
+    uint8_t *glb;
+    size_t size;
+    PBNDS_TRY(
+        pbnds_world_generate(recipe->world_seed, asset->number, &glb, &size, error));
+    const enum pbnds_status status =
+        pbnds_gltf_load_memory(glb, size, asset->stem, NULL, NULL, NULL, scene, error);
+    free(glb);
+    return status;
+}
+
+static enum pbnds_status prepare_scene(struct pbnds_drawer *d,
+                                       struct pbnds_error *error)
+{
+    /* A wall that stops light and that the camera looks through is nothing to learn from:
+     * the G-buffer does not tell of it. */
+    for (int i = 0; i < d->scene.material_count; ++i)
+        d->scene.materials[i].double_sided = true;
+    PBNDS_TRY(pbnds_accel_create(&d->scene, &d->accel, error));
+    PBNDS_TRY(pbnds_materials_keep(&d->scene, &d->materials, error));
+    if (!pbnds_subjects_find(&d->scene, d->accel, &d->subjects))
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a scene");
+    return PBNDS_OK;
+}
+
 static enum pbnds_status load_scene(struct pbnds_drawer *d,
                                     const struct pbnds_asset *asset,
                                     struct pbnds_error *error)
 {
     if (d->loaded == asset) return PBNDS_OK;
     unload(d);
-    PBNDS_TRY(pbnds_gltf_load(asset->path, NULL, NULL, &d->scene, error));
-    /* A wall that stops light and that the camera looks through is nothing to learn from:
-     * the G-buffer does not tell of it. */
-    for (int i = 0; i < d->scene.material_count; ++i)
-        d->scene.materials[i].double_sided = true;
-    PBNDS_TRY(pbnds_accel_create(&d->scene, &d->accel, error));
+    PBNDS_TRY(asset->path ? pbnds_gltf_load(asset->path, NULL, NULL, &d->scene, error)
+                          : load_world(d->recipe, asset, &d->scene, error));
+    const enum pbnds_status status = prepare_scene(d, error);
+    if (status != PBNDS_OK) {
+        unload(d);
+        return status;
+    }
     d->loaded = asset;
+    return PBNDS_OK;
+}
+
+static void draw_materials(struct pbnds_drawer *d, struct pbnds_draw *draw)
+{
+    struct pbnds_rng rng =
+        pbnds_draw_rng(d->recipe, draw->split, draw->index, PBNDS_DRAW_MATERIAL);
+    const bool swap = pbnds_draw_chance(&rng, d->recipe->swap_textures);
+    const bool randomize = pbnds_draw_chance(&rng, d->recipe->randomize_materials);
+    pbnds_materials_restore(&d->materials, &d->scene);
+    const int swapped = swap ? pbnds_materials_swap(&d->materials, &d->scene, &rng) : 0;
+    if (swapped > 0) cJSON_AddNumberToObject(draw->notes, "swapped_textures", swapped);
+    if (!randomize) return;
+    pbnds_materials_randomize(&d->scene, d->subjects.upright, &rng);
+    cJSON_AddTrueToObject(draw->notes, "randomized_materials");
+}
+
+static enum pbnds_status draw_camera(struct pbnds_drawer *d, struct pbnds_draw *draw,
+                                     struct pbnds_error *error)
+{
+    const struct pbnds_dataset_recipe *r = d->recipe;
+    struct pbnds_rng rng =
+        pbnds_draw_rng(r, draw->split, draw->index, PBNDS_DRAW_CAMERA);
+    const float aspect = (float)r->width / (float)r->height;
+    struct pbnds_shot shot;
+    if (!pbnds_draw_camera(&d->scene, d->accel, &d->subjects, aspect, &rng, &shot)) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                          "%s: no camera found that sees enough of it",
+                          draw->asset->path ? draw->asset->path : draw->asset->stem);
+    }
+    draw->camera = shot.camera;
+    cJSON_AddStringToObject(draw->notes, "shot", pbnds_shot_name(shot.kind));
+    if (shot.object != UINT32_MAX)
+        cJSON_AddStringToObject(draw->notes, "object",
+                                d->scene.objects[shot.object].name);
+    cJSON_AddNumberToObject(draw->notes, "yfov_deg",
+                            (double)(shot.camera.yfov * 180.0f / PBNDS_PI));
+    cJSON_AddNumberToObject(draw->notes, "roll_deg", (double)shot.roll_deg);
+    cJSON_AddNumberToObject(draw->notes, "camera_attempts", shot.attempts);
     return PBNDS_OK;
 }
 
@@ -123,8 +199,6 @@ static enum pbnds_status draw_all(struct pbnds_drawer *d, struct pbnds_draw *dra
     const struct pbnds_dataset_recipe *r = d->recipe;
     struct pbnds_rng choice =
         pbnds_draw_rng(r, draw->split, draw->index, PBNDS_DRAW_ASSET);
-    struct pbnds_rng camera =
-        pbnds_draw_rng(r, draw->split, draw->index, PBNDS_DRAW_CAMERA);
     struct pbnds_rng lamp =
         pbnds_draw_rng(r, draw->split, draw->index, PBNDS_DRAW_LIGHT);
     draw->asset =
@@ -135,14 +209,8 @@ static enum pbnds_status draw_all(struct pbnds_drawer *d, struct pbnds_draw *dra
     PBNDS_TRY(load_scene(d, draw->asset, error));
     draw->scene = &d->scene;
     draw->accel = d->accel;
-    if (!pbnds_draw_camera(&d->scene, d->accel, (float)r->width / (float)r->height,
-                           &camera, &draw->camera)) {
-        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                          "%s: no camera found that sees enough of it",
-                          draw->asset->path);
-    }
-    cJSON_AddNumberToObject(draw->notes, "yfov_deg",
-                            (double)(draw->camera.yfov * 180.0f / PBNDS_PI));
+    draw_materials(d, draw);
+    PBNDS_TRY(draw_camera(d, draw, error));
     return pbnds_draw_light(r, &d->envs, &lamp, draw, error);
 }
 
