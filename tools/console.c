@@ -8,7 +8,7 @@
 
 /* The program has one terminal, so this is one object. */
 static struct {
-    bool quiet, terminal;
+    bool quiet, no_progress, terminal;
     bool bar_open;
     char stage[48];
     double start, printed; /* when the stage began and was last shown */
@@ -70,7 +70,7 @@ static void draw_bar(double fraction, double elapsed)
 static void progress(void *user, const char *stage, double done, double total)
 {
     (void)user;
-    if (console.quiet) return;
+    if (console.quiet || console.no_progress) return;
     const double now = tool_seconds();
     if (strncmp(stage, console.stage, sizeof console.stage - 1) != 0) {
         tool_console_clear();
@@ -115,6 +115,11 @@ const struct pbnds_report *tool_report(void)
 void tool_console_quiet(bool quiet)
 {
     console.quiet = quiet;
+}
+
+void tool_console_no_progress(void)
+{
+    console.no_progress = true;
 }
 
 enum pbnds_status tool_check_stop(struct pbnds_error *error)

@@ -14,6 +14,8 @@
  * the second kills. SIGPIPE and SIGXFSZ become write errors. */
 void tool_console_init(void);
 void tool_console_quiet(bool quiet);
+/** Without progress (of the ranks of one run, the first shows its own). */
+void tool_console_no_progress(void);
 /** The ear that library calls get. */
 const struct pbnds_report *tool_report(void);
 /** Ends an open progress bar, so that other text starts on a clean line. */

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/core/ranks.h"
 #include "neural/data/dataset.h"
 #include "neural/data/estimate.h"
 #include "tools/commands.h"
@@ -138,14 +139,9 @@ static enum pbnds_status dry_run(const struct tool_options *options,
     return PBNDS_OK;
 }
 
-static enum pbnds_status make(const struct tool_options *options,
-                              const struct pbnds_dataset_recipe *recipe,
-                              struct pbnds_error *error)
+static enum pbnds_status print_made(const struct tool_options *options,
+                                    struct pbnds_error *error)
 {
-    const struct pbnds_dataset_shard shard = {options->shard[0], options->shard[1]};
-    PBNDS_TRY(tool_folder_check(options->output, error));
-    PBNDS_TRY(
-        pbnds_dataset_make(recipe, &shard, options->output, tool_report(), error));
     int made[PBNDS_SPLIT_COUNT];
     for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
         struct pbnds_sample_list list;
@@ -164,6 +160,31 @@ static enum pbnds_status make(const struct tool_options *options,
                      made[PBNDS_SPLIT_TEST]);
     }
     return PBNDS_OK;
+}
+
+/* Every rank makes its part, waits for the others, and the first one tells. */
+static enum pbnds_status make(const struct tool_options *options,
+                              const struct pbnds_dataset_recipe *recipe,
+                              struct pbnds_error *error)
+{
+    const int rank = pbnds_rank(), ranks = pbnds_rank_count();
+    const struct pbnds_dataset_shard shard = {
+        options->shard[0] + options->shard[1] * rank, options->shard[1] * ranks};
+    if (rank > 0) tool_console_no_progress();
+    enum pbnds_status status = tool_folder_check(options->output, error);
+    if (status == PBNDS_OK) {
+        status =
+            pbnds_dataset_make(recipe, &shard, options->output, tool_report(), error);
+    }
+    const int worst = pbnds_ranks_max(status == PBNDS_OK ? 0 : 1);
+    if (status != PBNDS_OK) return status;
+    if (rank > 0) return PBNDS_OK;
+    if (worst != 0) {
+        return pbnds_fail(error, PBNDS_ERROR_IO,
+                          "%s: another process could not make its part",
+                          options->output);
+    }
+    return print_made(options, error);
 }
 
 static enum pbnds_status run(const struct tool_options *options,

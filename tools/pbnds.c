@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "engine/core/parallel.h"
+#include "engine/core/ranks.h"
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/shaders.h"
@@ -107,7 +108,11 @@ static enum pbnds_status run(int argc, char **argv, struct pbnds_error *error)
     }
     tool_console_quiet(options.quiet);
     pbnds_set_threads(options.threads);
-    return command->run(&options, error);
+    const bool shared = command->mask & TOOL_DATASET;
+    if (shared) PBNDS_TRY(pbnds_ranks_init(error));
+    const enum pbnds_status status = command->run(&options, error);
+    if (shared) pbnds_ranks_finish();
+    return status;
 }
 
 int main(int argc, char **argv)
