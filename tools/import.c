@@ -1,4 +1,4 @@
-/* pbnds import: G-buffers that other programs made. */
+/* pbnds import: G-buffers and photographs that other programs made. */
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,6 +8,7 @@
 #include "engine/shade/import.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/import_ffhq.h"
 #include "tools/output.h"
 
 static struct pbnds_import_options import_options(const struct tool_options *options)
@@ -139,14 +140,10 @@ static enum pbnds_status run(const struct tool_options *options,
 {
     const char *kind = options->inputs[0], *from = options->inputs[1];
     const bool blender = strcmp(kind, "blender") == 0;
-    if (strcmp(kind, "ffhq-pbr") == 0) {
-        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                          "'import ffhq-pbr' is not in this version; see pbnds import "
-                          "--help");
-    }
+    if (strcmp(kind, "ffhq-pbr") == 0) return tool_import_ffhq(options, error);
     if (!blender && strcmp(kind, "images") != 0) {
         return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                          "import: '%s' is not one of blender, images", kind);
+                          "import: '%s' is not one of blender, images, ffhq-pbr", kind);
     }
     struct stat info;
     if (blender && stat(from, &info) == 0 && S_ISDIR(info.st_mode))
@@ -165,8 +162,8 @@ const struct tool_command tool_import = {
     .min_inputs = 2,
     .max_inputs = 2,
     .needs_output = true,
-    .usage = "import blender|images FILE|DIR -o OUT [options]",
-    .about = "makes a G-buffer of what other programs wrote",
+    .usage = "import blender|images|ffhq-pbr FILE|DIR -o OUT [options]",
+    .about = "makes a G-buffer, or a data set, of what other programs wrote",
     .details =
         "blender FILE.exr|DIR: OpenEXR MultiLayer files with the passes Combined, Z, "
         "Normal and\n"
@@ -183,8 +180,25 @@ const struct tool_command tool_import = {
         "goes along\n"
         "as R, G, B; its alpha is the mask where there is no other. 8- and 16-bit "
         "colours are\n"
-        "decoded from sRGB. What is missing gets a default, and is told.\n\n"
+        "decoded from sRGB. What is missing gets a default, and is told.\n"
+        "ffhq-pbr DIR: photographs with maps and light, laid out as FFHQ-PBR and "
+        "CelebA-PBR\n"
+        "are, become a data set: bgremoval/SUB/ID.png (RGBA), "
+        "texture/KIND/SUB/KIND_ID.png for\n"
+        "albedo, normal, roughness, specular; texture/depth/SUB/depth_ID.exr (may be "
+        "missing);\n"
+        "hdri/SUB/hdri_ID.exr ('pbnds' convention, camera frame); pred_fov.json "
+        "({\"ID\": degrees,\n"
+        "horizontal}; --fov for those that it leaves out). Split by the hash of the "
+        "ID, or as\n"
+        "train.txt, val.txt and test.txt in DIR say, one ID a line. Broken pictures "
+        "are listed in\n"
+        "import.json. It trains pbnds+, not transport: a photograph tells no direct "
+        "light.\n"
+        "\n"
         "  pbnds import blender render.exr -o g.exr\n"
-        "  pbnds import images maps/ -o g.exr --fov 30 && pbnds shade g.exr -o out.png",
+        "  pbnds import images maps/ -o g.exr --fov 30 && pbnds shade g.exr -o "
+        "out.png\n"
+        "  pbnds import ffhq-pbr FFHQ-PBR/ -o faces/",
     .run = run,
 };

@@ -35,6 +35,14 @@ static bool has_extension(const char *path, const char *const *extensions)
     return false;
 }
 
+enum pbnds_split pbnds_split_of_name(const char *stem)
+{
+    const uint64_t percent = XXH64(stem, strlen(stem), 0) % 100u;
+    return percent < 80u   ? PBNDS_SPLIT_TRAIN
+           : percent < 90u ? PBNDS_SPLIT_VAL
+                           : PBNDS_SPLIT_TEST;
+}
+
 /* The deepest folder named train, val or test below (or as) the path given decides, the
  * hash of the stem otherwise. Folders above what was given say nothing. */
 static enum pbnds_split split_of(const char *below, const char *stem)
@@ -50,11 +58,7 @@ static enum pbnds_split split_of(const char *below, const char *stem)
         }
         at = end ? end + 1 : NULL;
     }
-    if (found >= 0) return (enum pbnds_split)found;
-    const uint64_t percent = XXH64(stem, strlen(stem), 0) % 100u;
-    return percent < 80u   ? PBNDS_SPLIT_TRAIN
-           : percent < 90u ? PBNDS_SPLIT_VAL
-                           : PBNDS_SPLIT_TEST;
+    return found >= 0 ? (enum pbnds_split)found : pbnds_split_of_name(stem);
 }
 
 static struct pbnds_asset *add_asset(struct pbnds_asset_list *list)

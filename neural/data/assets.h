@@ -34,6 +34,9 @@ enum pbnds_asset_kind { PBNDS_ASSET_SCENE, PBNDS_ASSET_LIGHT };
 extern "C" {
 #endif
 
+/** The split of a name that nothing else decides: 80 / 10 / 10 by its hash. */
+enum pbnds_split pbnds_split_of_name(const char *stem);
+
 /** The recipe's scenes or light maps. Errors: IO, ARGUMENT (nothing found, or two of the
  *  same stem or bytes in different splits), MEMORY. */
 enum pbnds_status pbnds_assets_find(const struct pbnds_dataset_recipe *recipe,

@@ -124,12 +124,12 @@ def sky(x, y):
     return (0.4, 0.6, 1.0) if y < 8 else (0.25, 0.2, 0.15)
 
 
-def png(width, height, rows):
+def png(width, height, rows, color=2):
     def chunk(kind, data):
         return (struct.pack(">I", len(data)) + kind + data +
                 struct.pack(">I", zlib.crc32(kind + data)))
     return (b"\x89PNG\r\n\x1a\n" +
-            chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)) +
+            chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, color, 0, 0, 0)) +
             chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
