@@ -48,8 +48,7 @@ static struct pbnds_vec3 origin(const struct pbnds_path_vertex *vertex)
     return pbnds_offset_origin(vertex->position, vertex->ng);
 }
 
-/* n.wi, or 0 where the surface itself is in the way: below either of its normals. */
-static float cosine(const struct pbnds_path_vertex *vertex, struct pbnds_vec3 wi)
+float pbnds_path_cosine(const struct pbnds_path_vertex *vertex, struct pbnds_vec3 wi)
 {
     const float cos_i = pbnds_dot(vertex->bsdf.frame.n, wi);
     return cos_i > 0.0f && pbnds_dot(vertex->ng, wi) > 0.0f ? cos_i : 0.0f;
@@ -70,7 +69,7 @@ static void gather_map(struct path *path, float probability, const float u[2])
     const struct pbnds_path_vertex *vertex = &path->vertex;
     const struct pbnds_env_sample s =
         pbnds_envmap_sample(path->world->envmap, u[0], u[1]);
-    const float cos_i = cosine(vertex, s.wi);
+    const float cos_i = pbnds_path_cosine(vertex, s.wi);
     if (!(s.pdf > 0.0f) || cos_i == 0.0f) return;
     const struct pbnds_vec3 f = pbnds_bsdf_eval(&vertex->bsdf, vertex->wo, s.wi);
     const float pdf =
@@ -88,7 +87,7 @@ static void gather_punctual(struct path *path, const struct pbnds_light_choice *
     const struct pbnds_light *source = &path->world->scene->lights[choice->index];
     struct pbnds_punctual p;
     if (!pbnds_light_punctual(source, vertex->position, &p)) return;
-    const float cos_i = cosine(vertex, p.wi);
+    const float cos_i = pbnds_path_cosine(vertex, p.wi);
     if (cos_i == 0.0f) return;
     const struct pbnds_vec3 f = pbnds_bsdf_eval(&vertex->bsdf, vertex->wo, p.wi);
     const struct pbnds_vec3 light =
@@ -109,7 +108,7 @@ static void gather_emissive(struct path *path, const struct pbnds_light_choice *
     struct pbnds_emissive_sample s;
     if (path->bounce == path->world->max_bounces) return;
     if (!pbnds_emissive_sample(emissive, choice->index, from, u[0], u[1], &s)) return;
-    const float cos_i = cosine(vertex, s.wi);
+    const float cos_i = pbnds_path_cosine(vertex, s.wi);
     if (cos_i == 0.0f) return;
     const struct pbnds_vec3 f = pbnds_bsdf_eval(&vertex->bsdf, vertex->wo, s.wi);
     const float pdf =
@@ -174,7 +173,7 @@ static bool scatter(struct path *path, struct pbnds_vec3 *wi, float *pdf)
     pbnds_sampler_get(path->sampler, set_of(path, SET_BRDF), 3, u);
     if (!pbnds_bsdf_sample(&path->vertex.bsdf, path->vertex.wo, u[0], u[1], u[2], &s))
         return false;
-    const float cos_i = cosine(&path->vertex, s.wi);
+    const float cos_i = pbnds_path_cosine(&path->vertex, s.wi);
     path->throughput = pbnds_scale(pbnds_mul(path->throughput, s.f), cos_i / s.pdf);
     *wi = s.wi;
     *pdf = s.pdf;
@@ -221,26 +220,55 @@ static void add_emission(struct path *path, const struct pbnds_hit *hit,
               false);
 }
 
+/* The way to the next surface, drawn from the BRDF. */
+struct step {
+    struct pbnds_vec3 wi;
+    float pdf;
+    struct pbnds_hit hit;
+};
+
+/* false: the path ends here. */
+static bool advance(struct path *path, struct step *step)
+{
+    if (!scatter(path, &step->wi, &step->pdf)) return false;
+    const struct pbnds_ray ray = {.origin = origin(&path->vertex),
+                                  .direction = step->wi};
+    const struct pbnds_query how = query(path, set_of(path, SET_BRDF), INFINITY);
+    pbnds_accel_intersect_query(path->world->accel, &ray, &how, &step->hit);
+    return true;
+}
+
 static void run(struct path *path)
 {
     const struct pbnds_path_world *world = path->world;
     for (;;) {
         if (world->lights->count > 0) gather_light(path);
-        struct pbnds_vec3 wi;
-        float pdf;
-        struct pbnds_hit hit;
-        if (!scatter(path, &wi, &pdf)) return;
-        const struct pbnds_ray ray = {.origin = origin(&path->vertex), .direction = wi};
-        const struct pbnds_query how = query(path, set_of(path, SET_BRDF), INFINITY);
-        pbnds_accel_intersect_query(world->accel, &ray, &how, &hit);
-        if (hit.mesh == UINT32_MAX) {
-            escape(path, wi, pdf);
+        struct step step;
+        if (!advance(path, &step)) return;
+        if (step.hit.mesh == UINT32_MAX) {
+            escape(path, step.wi, step.pdf);
             return;
         }
         if (path->bounce == world->max_bounces) return;
-        const struct pbnds_vec3 emission = arrive(path, &hit, wi, 0.0f);
+        const struct pbnds_vec3 emission = arrive(path, &step.hit, step.wi, 0.0f);
         ++path->bounce;
-        add_emission(path, &hit, emission, pdf);
+        add_emission(path, &step.hit, emission, step.pdf);
+    }
+}
+
+static void walk(struct path *path,
+                 void (*visit)(void *context, const struct pbnds_path_visit *visit),
+                 void *context)
+{
+    for (;;) {
+        const struct pbnds_path_visit at = {&path->vertex, path->throughput,
+                                            path->bounce};
+        visit(context, &at);
+        struct step step;
+        if (path->bounce == path->world->max_bounces) return;
+        if (!advance(path, &step) || step.hit.mesh == UINT32_MAX) return;
+        (void)arrive(path, &step.hit, step.wi, 0.0f);
+        ++path->bounce;
     }
 }
 
@@ -257,6 +285,45 @@ void pbnds_path_trace(const struct pbnds_path_world *world,
     *light = path.light;
 }
 
+void pbnds_path_walk(const struct pbnds_path_world *world,
+                     const struct pbnds_path_vertex *first,
+                     const struct pbnds_sampler *sampler,
+                     void (*visit)(void *context, const struct pbnds_path_visit *visit),
+                     void *context)
+{
+    struct path path = {.world = world,
+                        .sampler = sampler,
+                        .vertex = *first,
+                        .throughput = {1.0f, 1.0f, 1.0f}};
+    walk(&path, visit, context);
+}
+
+/* From the eye to the first surface. @return false: there is none */
+static bool enter(struct path *path, const struct pbnds_ray *ray, const float cone[2],
+                  struct pbnds_vec3 *emission)
+{
+    struct pbnds_query how = query(path, PBNDS_PATH_SET_PIXEL, INFINITY);
+    how.cull = true;
+    struct pbnds_hit hit;
+    pbnds_accel_intersect_query(path->world->accel, ray, &how, &hit);
+    if (hit.mesh == UINT32_MAX) return false;
+    *emission = arrive(path, &hit, ray->direction, cone[0] * hit.t + cone[1]);
+    return true;
+}
+
+bool pbnds_path_walk_camera(
+    const struct pbnds_path_world *world, const struct pbnds_ray *ray,
+    const float cone[2], const struct pbnds_sampler *sampler,
+    void (*visit)(void *context, const struct pbnds_path_visit *visit), void *context)
+{
+    struct path path = {
+        .world = world, .sampler = sampler, .throughput = {1.0f, 1.0f, 1.0f}};
+    struct pbnds_vec3 emission;
+    if (!enter(&path, ray, cone, &emission)) return false;
+    walk(&path, visit, context);
+    return true;
+}
+
 bool pbnds_path_trace_camera(const struct pbnds_path_world *world,
                              const struct pbnds_ray *ray, const float cone[2],
                              const struct pbnds_sampler *sampler,
@@ -264,14 +331,10 @@ bool pbnds_path_trace_camera(const struct pbnds_path_world *world,
 {
     struct path path = {
         .world = world, .sampler = sampler, .throughput = {1.0f, 1.0f, 1.0f}};
-    struct pbnds_query how = query(&path, PBNDS_PATH_SET_PIXEL, INFINITY);
-    how.cull = true;
-    struct pbnds_hit hit;
-    pbnds_accel_intersect_query(world->accel, ray, &how, &hit);
+    struct pbnds_vec3 emission;
     *light = path.light;
-    if (hit.mesh == UINT32_MAX) return false;
-    const float footprint = cone[0] * hit.t + cone[1];
-    add_light(&path, arrive(&path, &hit, ray->direction, footprint), true);
+    if (!enter(&path, ray, cone, &emission)) return false;
+    add_light(&path, emission, true);
     run(&path);
     *light = path.light;
     return true;

@@ -66,6 +66,28 @@ bool pbnds_path_trace_camera(const struct pbnds_path_world *world,
                              const struct pbnds_ray *ray, const float cone[2],
                              const struct pbnds_sampler *sampler,
                              struct pbnds_path_light *light);
+
+/** What a walk tells of a surface that it came to. */
+struct pbnds_path_visit {
+    const struct pbnds_path_vertex *vertex;
+    struct pbnds_vec3 throughput; /**< of what leaves the vertex toward the path     */
+    int bounce;                   /**< surfaces before it                            */
+};
+/** The same paths for those who gather light along them themselves: calls `visit` at every
+ *  surface, the first one with it, and neither asks lights nor counts emission. Decisions
+ *  are those of pbnds_path_trace() to the bit. */
+void pbnds_path_walk(const struct pbnds_path_world *world,
+                     const struct pbnds_path_vertex *first,
+                     const struct pbnds_sampler *sampler,
+                     void (*visit)(void *context, const struct pbnds_path_visit *visit),
+                     void *context);
+/** false: the ray leaves the scene, and nothing was visited. */
+bool pbnds_path_walk_camera(
+    const struct pbnds_path_world *world, const struct pbnds_ray *ray,
+    const float cone[2], const struct pbnds_sampler *sampler,
+    void (*visit)(void *context, const struct pbnds_path_visit *visit), void *context);
+/** n.wi, or 0 where the surface itself is in the way: below either of its normals. */
+float pbnds_path_cosine(const struct pbnds_path_vertex *vertex, struct pbnds_vec3 wi);
 /** Set of the sampler for the position within the pixel. */
 enum { PBNDS_PATH_SET_PIXEL = 0x7fffffff };
 

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "engine/shade/path.h"
+#include "engine/shade/path_start.h"
 #include "engine/shade/tiles.h"
 
 enum { DEFAULT_SPP = 256, DEFAULT_SPP_NOISE = 4096, DEFAULT_BOUNCES = 8, TILE = 8 };
@@ -24,67 +24,17 @@ struct trace {
     const struct pbnds_shade_job *job;
     struct pbnds_path_world world;
     struct pbnds_light_table lights;
-    struct pbnds_camera_view view;
+    struct pbnds_path_lens lens;
     int spp, block;
     int begin, end; /* samples of this pass */
     struct film film;
 };
-
-/* Where the paths of a pixel start. */
-enum start { START_NOWHERE, START_SURFACE, START_CAMERA };
 
 /* Sums over one block. */
 struct block {
     struct pbnds_vec3 total, direct;
     int hits;
 };
-
-static struct pbnds_ray camera_ray(const struct trace *trace, int x, int y,
-                                   const struct pbnds_sampler *sampler)
-{
-    float u[2] = {0.5f, 0.5f};
-    if (trace->job->gbuffer->samples > 1)
-        pbnds_sampler_get(sampler, PBNDS_PATH_SET_PIXEL, 2, u);
-    return pbnds_camera_view_ray(&trace->view, (float)x + u[0], (float)y + u[1]);
-}
-
-/* Width of a centre ray's cone, as the G-buffer has it: times distance, plus. Rays all over
- * the pixel average textures by their number. */
-static void cone(const struct trace *trace, const struct pbnds_ray *ray, float width[2])
-{
-    const struct pbnds_camera_view *view = &trace->view;
-    width[0] = width[1] = 0.0f;
-    if (trace->job->gbuffer->samples > 1) return;
-    if (view->orthographic)
-        width[1] = view->pixel;
-    else
-        width[0] = view->pixel * pbnds_dot(ray->direction, view->forward);
-}
-
-/* Is the first surface of a pixel, of whatever opacity, one that lets nothing through?
- * It is the one of the G-buffer then. */
-static bool starts_opaque(const struct trace *trace, int x, int y)
-{
-    const struct pbnds_ray ray =
-        pbnds_camera_view_ray(&trace->view, (float)x + 0.5f, (float)y + 0.5f);
-    const struct pbnds_query how = {
-        .max_t = INFINITY, .blend_solid = true, .cull = true};
-    struct pbnds_hit hit;
-    pbnds_accel_intersect_query(trace->world.accel, &ray, &how, &hit);
-    if (hit.mesh == UINT32_MAX) return false;
-    const struct pbnds_scene *scene = trace->world.scene;
-    const int material = scene->meshes[hit.mesh].material;
-    return scene->materials[material].alpha_mode != PBNDS_ALPHA_BLEND ||
-           pbnds_scene_alpha(scene, &hit) >= 1.0f;
-}
-
-static enum start start_of(const struct trace *trace, int x, int y, size_t i)
-{
-    const struct pbnds_gbuffer *g = trace->job->gbuffer;
-    if (g->samples > 1) return START_CAMERA;
-    if (trace->world.blends && !starts_opaque(trace, x, y)) return START_CAMERA;
-    return g->coverage[i] > 0.0f ? START_SURFACE : START_NOWHERE;
-}
 
 static void trace_block(const struct trace *trace, int x, int y, size_t i,
                         const struct pbnds_path_vertex *first, int begin, int end,
@@ -98,10 +48,10 @@ static void trace_block(const struct trace *trace, int x, int y, size_t i,
         if (first) {
             pbnds_path_trace(&trace->world, first, &sampler, &light);
         } else {
-            const struct pbnds_ray ray = camera_ray(trace, x, y, &sampler);
-            float width[2];
-            cone(trace, &ray, width);
-            if (!pbnds_path_trace_camera(&trace->world, &ray, width, &sampler, &light))
+            float cone[2];
+            const struct pbnds_ray ray =
+                pbnds_path_start_ray(&trace->lens, x, y, &sampler, cone);
+            if (!pbnds_path_trace_camera(&trace->world, &ray, cone, &sampler, &light))
                 continue;
         }
         ++block->hits;
@@ -150,19 +100,13 @@ static void trace_pixel(struct trace *trace, int x, int y)
 {
     const struct pbnds_gbuffer *g = trace->job->gbuffer;
     const size_t i = (size_t)y * (size_t)g->width + (size_t)x;
-    const enum start start = start_of(trace, x, y, i);
-    if (start == START_NOWHERE) return;
     struct pbnds_path_vertex first;
-    if (start == START_SURFACE) {
-        first.position = pbnds_gbuffer_vec3(g->position, i);
-        first.ng = pbnds_gbuffer_vec3(g->geometric_normal, i);
-        first.wo = pbnds_gbuffer_wo(g, x, y);
-        first.bsdf = pbnds_bsdf_from_gbuffer(g, i);
-    }
+    const enum pbnds_path_start start = pbnds_path_start_of(&trace->lens, x, y, &first);
+    if (start == PBNDS_PATH_NOWHERE) return;
     for (int s = trace->begin; s < trace->end; s += trace->block) {
         const int end = s + trace->block < trace->end ? s + trace->block : trace->end;
         struct block block;
-        trace_block(trace, x, y, i, start == START_SURFACE ? &first : NULL, s, end,
+        trace_block(trace, x, y, i, start == PBNDS_PATH_SURFACE ? &first : NULL, s, end,
                     &block);
         add_block(&trace->film, i, &block, s, end - s);
     }
@@ -343,8 +287,6 @@ static void set_up(struct trace *trace, const struct pbnds_shade_job *job,
     trace->job = job;
     trace->spp = options->spp > 0 ? options->spp : otherwise;
     trace->block = block_size(trace->spp);
-    trace->view = pbnds_camera_view(&job->gbuffer->camera, job->gbuffer->width,
-                                    job->gbuffer->height);
     trace->world = (struct pbnds_path_world){.scene = job->scene,
                                              .accel = job->accel,
                                              .envmap = job->envmap,
@@ -353,6 +295,7 @@ static void set_up(struct trace *trace, const struct pbnds_shade_job *job,
                                                                 ? options->max_bounces
                                                                 : DEFAULT_BOUNCES,
                                              .blends = pbnds_accel_blends(job->accel)};
+    trace->lens = pbnds_path_lens_make(job->gbuffer, &trace->world);
 }
 
 enum pbnds_status pbnds_pathtrace(const struct pbnds_shade_job *job,
