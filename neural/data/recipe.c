@@ -46,6 +46,11 @@ enum pbnds_status pbnds_dataset_recipe_check(const struct pbnds_dataset_recipe *
                           "a data set needs a count, spp and size of at least 1, 1 and "
                           "8x8");
     }
+    if (r->olat < 0 || r->olat > 32 || r->olat_spp < 0) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                          "a data set has 0 to 32 lights one at a time, and samples of "
+                          "at least 0 for each");
+    }
     if (!is_share(r->randomize_materials) || !is_share(r->swap_textures) ||
         !is_share(r->mix_lights) || !is_share(r->hard_lights) ||
         !is_share(r->dark_lights) || !is_share(r->world_share) ||

@@ -3,46 +3,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "engine/shade/pathtrace.h"
+#include "engine/shade/openness.h"
+#include "engine/shade/pathtrace_olat.h"
+#include "engine/shade/visibility.h"
+#include "neural/data/olat.h"
 #include "neural/data/pack.h"
 
-struct visibility_job {
-    const struct pbnds_gbuffer *g;
-    const struct pbnds_accel *accel;
-    const struct pbnds_env_light *lights;
-    int count;
-    uint32_t *bits;
-};
-
-static uint32_t visible_lights(const struct visibility_job *job, size_t i)
-{
-    const struct pbnds_gbuffer *g = job->g;
-    const struct pbnds_vec3 p = {g->position[0][i], g->position[1][i],
-                                 g->position[2][i]};
-    const struct pbnds_vec3 ng = {g->geometric_normal[0][i], g->geometric_normal[1][i],
-                                  g->geometric_normal[2][i]};
-    const struct pbnds_vec3 origin = pbnds_offset_origin(p, ng);
-    uint32_t bits = 0;
-    for (int k = 0; k < job->count; ++k) {
-        const struct pbnds_ray ray = {origin, job->lights[k].wi};
-        if (pbnds_dot(ng, ray.direction) > 0.0f &&
-            !pbnds_accel_occluded(job->accel, &ray, INFINITY)) {
-            bits |= 1u << k;
-        }
-    }
-    return bits;
-}
-
-static uint32_t *trace_visibility(const struct visibility_job *job)
-{
-    const size_t count = (size_t)job->g->width * (size_t)job->g->height;
-    uint32_t *bits = calloc(count, sizeof *bits);
-    if (!bits) return NULL;
-    for (size_t i = 0; i < count; ++i) {
-        if (isfinite(job->g->depth[i])) bits[i] = visible_lights(job, i);
-    }
-    return bits;
-}
+enum { OPENNESS_RAYS = 64 };
 
 /* The draw's light as its file will hold it. */
 static enum pbnds_status copy_light(const struct pbnds_image *light,
@@ -66,48 +33,97 @@ struct rendering {
     struct pbnds_targets *targets;
 };
 
+static uint64_t seed_of(const struct rendering *r, enum pbnds_draw_stream stream)
+{
+    return pbnds_draw_rng(r->recipe, r->draw->split, r->draw->index, stream).key;
+}
+
+static struct pbnds_shade_job job_of(const struct rendering *r,
+                                     enum pbnds_draw_stream stream)
+{
+    return (struct pbnds_shade_job){.gbuffer = &r->targets->gbuffer,
+                                    .envmap = r->env,
+                                    .scene = r->draw->scene,
+                                    .accel = r->draw->accel,
+                                    .seed = seed_of(r, stream),
+                                    .shadows = 1};
+}
+
+static enum pbnds_status cast(const struct rendering *r, struct pbnds_error *error)
+{
+    const struct pbnds_draw *draw = r->draw;
+    struct pbnds_gbuffer *g = &r->targets->gbuffer;
+    const struct pbnds_raycast_options options = {
+        .optional = r->recipe->ao ? PBNDS_OPTIONAL_AO : 0u};
+    PBNDS_TRY(pbnds_gbuffer_raycast(draw->scene, draw->accel, &draw->camera,
+                                    r->recipe->width, r->recipe->height, &options, g,
+                                    error));
+    if (!r->recipe->ao) return PBNDS_OK;
+    return pbnds_openness(g, draw->accel, OPENNESS_RAYS, seed_of(r, PBNDS_DRAW_TRACE),
+                          g->ao, error);
+}
+
 static enum pbnds_status render_radiance(const struct rendering *r,
                                          struct pbnds_error *error)
 {
-    const struct pbnds_draw *draw = r->draw;
     struct pbnds_targets *t = r->targets;
-    const struct pbnds_shade_job job = {
-        .gbuffer = &t->gbuffer,
-        .envmap = r->env,
-        .scene = draw->scene,
-        .accel = draw->accel,
-        .seed =
-            pbnds_draw_rng(r->recipe, draw->split, draw->index, PBNDS_DRAW_TRACE).key,
-        .shadows = 1,
-        .variance = r->recipe->variance ? &t->variance : NULL,
-    };
+    struct pbnds_shade_job job = job_of(r, PBNDS_DRAW_TRACE);
     const struct pbnds_pathtrace_options options = {.spp = r->recipe->spp};
+    if (r->recipe->variance) job.variance = &t->variance;
     return pbnds_pathtrace(&job, &options, &t->radiance, &t->direct, error);
+}
+
+static enum pbnds_status look(const struct rendering *r, const struct pbnds_vec3 *wi,
+                              int count, uint32_t **bits, struct pbnds_error *error)
+{
+    const struct pbnds_gbuffer *g = &r->targets->gbuffer;
+    *bits = malloc((size_t)g->width * (size_t)g->height * sizeof **bits);
+    if (!*bits) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a sample");
+    return pbnds_visibility(g, r->draw->accel, wi, count, *bits, error);
 }
 
 static enum pbnds_status find_visibility(const struct rendering *r,
                                          struct pbnds_error *error)
 {
     struct pbnds_env_light lights[PBNDS_DATASET_LIGHTS];
+    struct pbnds_vec3 wi[PBNDS_DATASET_LIGHTS];
     const int count = pbnds_envmap_cluster(r->env, PBNDS_DATASET_LIGHTS, lights);
-    r->targets->visibility = trace_visibility(&(struct visibility_job){
-        &r->targets->gbuffer, r->draw->accel, lights, count, NULL});
-    if (r->targets->visibility) return PBNDS_OK;
-    return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a sample");
+    for (int k = 0; k < count; ++k)
+        wi[k] = lights[k].wi;
+    return look(r, wi, count, &r->targets->visibility, error);
+}
+
+static enum pbnds_status render_olat(const struct rendering *r,
+                                     struct pbnds_error *error)
+{
+    const struct pbnds_dataset_recipe *recipe = r->recipe;
+    struct pbnds_olat *olat = &r->targets->olat;
+    if (recipe->olat == 0) return PBNDS_OK;
+    olat->images = calloc((size_t)recipe->olat, sizeof *olat->images);
+    if (!olat->images)
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a sample");
+    olat->count = recipe->olat;
+    struct pbnds_rng rng =
+        pbnds_draw_rng(recipe, r->draw->split, r->draw->index, PBNDS_DRAW_OLAT);
+    (void)pbnds_olat_choose(r->env, olat->count, &rng, olat->wi);
+    const struct pbnds_shade_job job = job_of(r, PBNDS_DRAW_OLAT);
+    const struct pbnds_pathtrace_options options = {
+        .spp = recipe->olat_spp ? recipe->olat_spp : recipe->spp};
+    PBNDS_TRY(pbnds_pathtrace_olat(&job, &options, olat->wi, olat->count, olat->images,
+                                   error));
+    return look(r, olat->wi, olat->count, &olat->visibility, error);
 }
 
 static enum pbnds_status render(struct rendering *r, struct pbnds_error *error)
 {
-    const struct pbnds_draw *draw = r->draw;
     struct pbnds_targets *t = r->targets;
-    PBNDS_TRY(copy_light(&draw->light, &t->light, error));
+    PBNDS_TRY(copy_light(&r->draw->light, &t->light, error));
     PBNDS_TRY(
         pbnds_envmap_create(&t->light, PBNDS_ENV_GLTF, 0.0f, 1.0f, &r->env, error));
-    PBNDS_TRY(pbnds_gbuffer_raycast(draw->scene, draw->accel, &draw->camera,
-                                    r->recipe->width, r->recipe->height, NULL,
-                                    &t->gbuffer, error));
+    PBNDS_TRY(cast(r, error));
     PBNDS_TRY(render_radiance(r, error));
-    return find_visibility(r, error);
+    PBNDS_TRY(find_visibility(r, error));
+    return render_olat(r, error);
 }
 
 enum pbnds_status pbnds_targets_render(const struct pbnds_dataset_recipe *recipe,

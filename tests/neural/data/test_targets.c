@@ -2,6 +2,8 @@
 #include "tests/neural/data/fixture_data.h"
 
 #include "engine/core/parallel.h"
+#include "engine/shade/tiles.h"
+#include "neural/data/olat.h"
 #include "neural/data/targets.h"
 
 static char folder[] = "test_targets_assets";
@@ -137,6 +139,171 @@ static void what_was_not_asked_for_is_not_there(void **state)
     pbnds_sample_free(&sample);
 }
 
+static void full_recipe(struct pbnds_dataset_recipe *recipe)
+{
+    *recipe = fixture_recipe(ROOT, 10);
+    recipe->variance = recipe->ao = true;
+    recipe->olat = 6;
+    recipe->olat_spp = 8;
+    recipe->spp = 8;
+}
+
+/* Directions, pictures and bits go together: a pixel that sees a light faces it and shines
+ * in it. */
+static void check_olat(const struct pbnds_sample *sample,
+                       const struct pbnds_targets *targets)
+{
+    const struct pbnds_gbuffer *g = &targets->gbuffer;
+    int seen = 0, hidden = 0;
+    for (int k = 0; k < 6; ++k) {
+        const struct pbnds_vec3 wi = sample->olat.wi[k];
+        assert_near(pbnds_length(wi), 1.0, 1e-5);
+        assert_true(wi.x == targets->olat.wi[k].x && wi.z == targets->olat.wi[k].z);
+        for (size_t i = 0; i < 32u * 32u; ++i) {
+            if (!isfinite(g->depth[i])) continue;
+            const bool sees = sample->olat.visibility[i] >> k & 1u;
+            const struct pbnds_vec3 n = pbnds_gbuffer_vec3(g->geometric_normal, i);
+            const float got = sample->olat.images[k].data[3 * i];
+            assert_near(got, targets->olat.images[k].data[3 * i],
+                        0x1p-11 * (double)got + 1e-7);
+            if (sees) assert_true(pbnds_dot(n, wi) > 0.0f && got > 0.0f);
+            hidden += !sees && pbnds_dot(n, wi) > 0.0f;
+            seen += sees;
+        }
+    }
+    assert_true(seen > 100 && hidden > 10);
+}
+
+static void everything_is_written_and_read(void **state)
+{
+    (void)state;
+    struct pbnds_dataset_recipe recipe;
+    struct pbnds_targets targets;
+    struct pbnds_sample sample;
+    struct pbnds_error error = {{0}};
+    full_recipe(&recipe);
+    make(&recipe, PBNDS_SPLIT_TRAIN, "test_targets_full", &targets);
+    const unsigned everything = PBNDS_SAMPLE_VARIANCE | PBNDS_SAMPLE_OLAT;
+    must(pbnds_sample_load("test_targets_full", everything, &sample, &error), &error);
+    assert_int_equal(sample.olat.count, 6);
+    assert_non_null(sample.variance.data);
+    assert_non_null(sample.gbuffer.ao);
+    check_olat(&sample, &targets);
+    float least = 1.0f, most = 0.0f;
+    for (size_t i = 0; i < 32u * 32u; ++i) {
+        if (!isfinite(targets.gbuffer.depth[i])) continue;
+        assert_near(sample.gbuffer.ao[i], targets.gbuffer.ao[i], 1e-3);
+        least = fminf(least, sample.gbuffer.ao[i]);
+        most = fmaxf(most, sample.gbuffer.ao[i]);
+    }
+    assert_true(least < 0.9f && most == 1.0f);
+    pbnds_sample_free(&sample);
+    must(pbnds_sample_load("test_targets_full", 0, &sample, &error), &error);
+    assert_int_equal(sample.olat.count, 0); /* there, but not asked for */
+    assert_null(sample.olat.images);
+    pbnds_sample_free(&sample);
+    pbnds_targets_free(&targets);
+}
+
+/* The radiance does not change with what is asked for beside it; nor does anything with
+ * the threads and tiles. */
+static void targets_do_not_disturb_each_other(void **state)
+{
+    (void)state;
+    struct pbnds_dataset_recipe recipe, plain;
+    struct pbnds_targets targets;
+    full_recipe(&recipe);
+    plain = recipe;
+    plain.variance = plain.ao = false;
+    plain.olat = 0;
+    make(&plain, PBNDS_SPLIT_TRAIN, "test_targets_plain", &targets);
+    float *radiance = targets.radiance.data;
+    targets.radiance.data = NULL;
+    pbnds_targets_free(&targets);
+    pbnds_set_threads(3);
+    pbnds_set_tile_side(5);
+    make(&recipe, PBNDS_SPLIT_TRAIN, "test_targets_again", &targets);
+    pbnds_set_tile_side(0);
+    pbnds_set_threads(0);
+    assert_memory_equal(radiance, targets.radiance.data,
+                        3 * 32 * 32 * sizeof *radiance);
+    for (int i = 0; pbnds_sample_file(i); ++i) {
+        char a[128], b[128];
+        (void)snprintf(a, sizeof a, "test_targets_full/%s", pbnds_sample_file(i));
+        (void)snprintf(b, sizeof b, "test_targets_again/%s", pbnds_sample_file(i));
+        assert_true(fixture_same(a, b));
+    }
+    free(radiance);
+    pbnds_targets_free(&targets);
+}
+
+/* Lights of the map first, apart from each other, then directions all over the sphere. */
+static void lights_are_of_the_map_and_of_everywhere(void **state)
+{
+    (void)state;
+    struct pbnds_image image;
+    struct pbnds_envmap *envmap;
+    struct pbnds_error error = {{0}};
+    must(pbnds_image_init(&image, 64, 32, 3, &error), &error);
+    for (size_t i = 0; i < 3u * 64u * 32u; ++i)
+        image.data[i] = 0.1f;
+    for (int c = 0; c < 3; ++c)
+        pbnds_image_at(&image, 40, 8)[c] = 5000.0f;
+    must(pbnds_envmap_create(&image, PBNDS_ENV_GLTF, 0.0f, 1.0f, &envmap, &error),
+         &error);
+    const float phi = 2.0f * PBNDS_PI * (40.5f / 64.0f - 0.5f),
+                theta = PBNDS_PI * 8.5f / 32.0f;
+    const struct pbnds_vec3 sun = {sinf(theta) * cosf(phi), cosf(theta),
+                                   sinf(theta) * sinf(phi)};
+    for (uint64_t seed = 0; seed < 20; ++seed) {
+        struct pbnds_rng rng = pbnds_rng_make(seed, 0, 0);
+        struct pbnds_vec3 wi[8], sum = pbnds_splat(0.0f);
+        assert_int_equal(pbnds_olat_choose(envmap, 8, &rng, wi), 4);
+        assert_true(pbnds_dot(wi[0], sun) > 0.999f);
+        for (int i = 0; i < 8; ++i) {
+            assert_near(pbnds_length(wi[i]), 1.0, 1e-5);
+            if (i >= 4) sum = pbnds_add(sum, wi[i]);
+            for (int k = 0; k < i && i < 4; ++k)
+                assert_true(pbnds_dot(wi[i], wi[k]) < 0.985f);
+        }
+        assert_true(pbnds_length(sum) < 1.2f); /* of four: they balance */
+    }
+    memset(image.data, 0, 3u * 64u * 32u * sizeof *image.data);
+    pbnds_envmap_free(envmap);
+    must(pbnds_envmap_create(&image, PBNDS_ENV_GLTF, 0.0f, 1.0f, &envmap, &error),
+         &error);
+    struct pbnds_rng rng = pbnds_rng_make(1, 0, 0);
+    struct pbnds_vec3 wi[8];
+    assert_int_equal(pbnds_olat_choose(envmap, 8, &rng, wi), 0); /* a black map */
+    pbnds_envmap_free(envmap);
+    pbnds_image_free(&image);
+}
+
+static void damaged_lights_are_refused(void **state)
+{
+    (void)state;
+    static const char *const JSON[] = {
+        "{}", "{\"olat\":{\"wi\":[[1,0]]}}", "{\"olat\":{\"wi\":[[1,1,0]]}}",
+        "{\"olat\":{\"wi\":[[1,0,\"x\"]]}}", "{\"olat\":{\"wi\":3}}", "",
+        /* more lights than the file has */
+        "{\"olat\":{\"wi\":[[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[0,1,0]]}"
+        "}"};
+    struct pbnds_sample sample;
+    struct pbnds_error error = {{0}};
+    for (size_t i = 0; i < sizeof JSON / sizeof *JSON; ++i) {
+        assert_int_equal(pbnds_file_write("test_targets_again/sample.json", JSON[i],
+                                          strlen(JSON[i]), NULL),
+                         PBNDS_OK);
+        assert_int_equal(
+            pbnds_sample_load("test_targets_again", PBNDS_SAMPLE_OLAT, &sample, &error),
+            PBNDS_ERROR_FORMAT);
+        assert_non_null(strstr(error.message, "olat"));
+        assert_null(sample.gbuffer.storage);
+    }
+    must(pbnds_sample_load("test_targets_again", 0, &sample, &error), &error);
+    pbnds_sample_free(&sample);
+}
+
 /* A light beyond half's range is kept, not clipped. */
 static void a_fierce_light_stays_float(void **state)
 {
@@ -169,6 +336,10 @@ int main(void)
         cmocka_unit_test(the_parts_add_up_in_the_file),
         cmocka_unit_test(the_light_of_the_file_is_the_light_of_the_scene),
         cmocka_unit_test(what_was_not_asked_for_is_not_there),
+        cmocka_unit_test(everything_is_written_and_read),
+        cmocka_unit_test(targets_do_not_disturb_each_other),
+        cmocka_unit_test(lights_are_of_the_map_and_of_everywhere),
+        cmocka_unit_test(damaged_lights_are_refused),
         cmocka_unit_test(a_fierce_light_stays_float),
     };
     return cmocka_run_group_tests_name("neural/data/targets", tests, set_up, clean);
