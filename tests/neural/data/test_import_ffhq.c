@@ -426,6 +426,7 @@ static void broken_pictures_are_listed(void **state)
     assert_int_equal(
         pbnds_file_read(sample_path(10, "sample.exr"), 1u << 24, &before, &n, NULL),
         PBNDS_OK);
+    assert_int_equal(remove(photo_path(SET, "hdri", "hdri_00010.exr")), 0);
     const struct pbnds_ffhq_options wide = {.yfov = 0.5f};
     assert_int_equal(pbnds_import_ffhq(SET, DATA, &wide, NULL, &result, &error),
                      PBNDS_OK);
