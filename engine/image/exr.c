@@ -11,9 +11,10 @@
 
 #include "engine/core/file.h"
 #include "engine/core/parallel.h"
-#include "engine/image/half.h"
+#include "engine/image/exr_description.h"
+#include "engine/image/exr_staging.h"
 
-enum { SIDE_MAX = 65535, CHANNELS_MAX = 1024, ATTRIBUTES_MAX = 4096 };
+enum { ATTRIBUTES_MAX = 4096 };
 
 static const size_t planes_max = (size_t)1 << 31;
 
@@ -168,18 +169,7 @@ static enum pbnds_status fail_write(const struct stream *s, const char *path,
                       path, reason(s, code));
 }
 
-static enum pbnds_status fail_memory(const char *path, struct pbnds_error *error)
-{
-    return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for its channels",
-                      path);
-}
-
 /* ---- reading ---- */
-
-static size_t memory_bytes(const struct pbnds_exr *exr)
-{
-    return (size_t)exr->width * (size_t)exr->height * sizeof(float);
-}
 
 static const char *compression_name(exr_compression_t compression)
 {
@@ -249,10 +239,11 @@ static enum pbnds_status check_size(exr_context_t context, const struct stream *
         return pbnds_fail(error, PBNDS_ERROR_FORMAT,
                           "%s: its data window has no pixels", path);
     }
-    if (width > SIDE_MAX || height > SIDE_MAX) {
+    if (width > PBNDS_EXR_SIDE_MAX || height > PBNDS_EXR_SIDE_MAX) {
         return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,
                           "%s: is %lld x %lld pixels, at most %d a side are supported",
-                          path, (long long)width, (long long)height, (int)SIDE_MAX);
+                          path, (long long)width, (long long)height,
+                          (int)PBNDS_EXR_SIDE_MAX);
     }
     if (chunks < 1 || (uint64_t)chunks * 16u > s->size) {
         return pbnds_fail(error, PBNDS_ERROR_FORMAT,
@@ -291,8 +282,8 @@ static enum pbnds_status read_channel(const exr_attr_chlist_entry_t *entry,
                           "%s: channel %s is of no known type", path, shown);
     }
     channel->type = (enum pbnds_exr_type)entry->pixel_type;
-    channel->data = calloc(1, memory_bytes(exr));
-    if (!channel->data) return fail_memory(path, error);
+    channel->data = calloc(1, pbnds_exr_plane_bytes(exr));
+    if (!channel->data) return pbnds_exr_fail_memory(path, error);
     ++exr->channel_count;
     return PBNDS_OK;
 }
@@ -307,19 +298,19 @@ static enum pbnds_status read_channels(exr_context_t context, const struct strea
     if (list->num_channels < 1) {
         return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: has no channels", path);
     }
-    if (list->num_channels > CHANNELS_MAX) {
+    if (list->num_channels > PBNDS_EXR_CHANNELS_MAX) {
         return pbnds_fail(error, PBNDS_ERROR_UNSUPPORTED,
                           "%s: has %d channels, at most %d are supported", path,
-                          list->num_channels, (int)CHANNELS_MAX);
+                          list->num_channels, (int)PBNDS_EXR_CHANNELS_MAX);
     }
     const size_t count = (size_t)list->num_channels;
-    if (memory_bytes(exr) > planes_max / count) {
+    if (pbnds_exr_plane_bytes(exr) > planes_max / count) {
         return pbnds_fail(error, PBNDS_ERROR_MEMORY,
                           "%s: %d x %d pixels and %zu channels are more than 2 GiB",
                           path, exr->width, exr->height, count);
     }
     exr->channels = calloc(count, sizeof *exr->channels);
-    if (!exr->channels) return fail_memory(path, error);
+    if (!exr->channels) return pbnds_exr_fail_memory(path, error);
     for (size_t i = 0; i < count; ++i) {
         PBNDS_TRY(read_channel(&list->entries[i], path, exr, error));
     }
@@ -382,7 +373,7 @@ static enum pbnds_status read_attributes(exr_context_t context, const struct str
     }
     if (count < 1) return PBNDS_OK;
     exr->attributes = calloc((size_t)count, sizeof *exr->attributes);
-    if (!exr->attributes) return fail_memory(path, error);
+    if (!exr->attributes) return pbnds_exr_fail_memory(path, error);
     for (int32_t i = 0; i < count; ++i) {
         const exr_attribute_t *attribute = NULL;
         rv = exr_get_attribute_by_index(context, 0, EXR_ATTR_LIST_FILE_ORDER, i,
@@ -395,26 +386,10 @@ static enum pbnds_status read_attributes(exr_context_t context, const struct str
     return PBNDS_OK;
 }
 
-/* Halves are converted in a staging buffer that holds one chunk of every half channel.
- */
-struct staging {
-    uint16_t *halves;
-    size_t plane; /* elements a channel */
-};
-
-static enum pbnds_status staging_init(struct staging *st, const struct pbnds_exr *exr,
-                                      int lines, const char *path,
-                                      struct pbnds_error *error)
-{
-    st->plane = (size_t)exr->width * (size_t)lines;
-    st->halves = calloc(st->plane * (size_t)exr->channel_count, sizeof *st->halves);
-    return st->halves ? PBNDS_OK : fail_memory(path, error);
-}
-
 /* Where the library reads or writes chunk rows [row, ...) of channel i. */
 static void bind_channel(exr_coding_channel_info_t *info, const struct pbnds_exr *exr,
                          const struct pbnds_exr_channel *channel,
-                         const struct staging *st, int slot, int row)
+                         const struct pbnds_exr_staging *st, int slot, int row)
 {
     const bool half = channel->type == PBNDS_EXR_HALF;
     const int size = half ? 2 : 4;
@@ -427,45 +402,10 @@ static void bind_channel(exr_coding_channel_info_t *info, const struct pbnds_exr
              : (uint8_t *)channel->data + (size_t)row * (size_t)exr->width * 4u;
 }
 
-static int channel_index(const struct pbnds_exr *exr, const char *name)
-{
-    for (int i = 0; i < exr->channel_count; ++i) {
-        if (strcmp(exr->channels[i].name, name) == 0) return i;
-    }
-    return -1;
-}
-
-static void unpack_halves(const struct pbnds_exr *exr, const struct staging *st,
-                          int row, int lines)
-{
-    const size_t count = (size_t)exr->width * (size_t)lines;
-    for (int i = 0; i < exr->channel_count; ++i) {
-        if (exr->channels[i].type != PBNDS_EXR_HALF) continue;
-        const uint16_t *in = st->halves + (size_t)i * st->plane;
-        float *out = (float *)exr->channels[i].data + (size_t)row * (size_t)exr->width;
-        for (size_t k = 0; k < count; ++k)
-            out[k] = pbnds_float_from_half(in[k]);
-    }
-}
-
-static void pack_halves(const struct pbnds_exr *exr, const struct staging *st, int row,
-                        int lines)
-{
-    const size_t count = (size_t)exr->width * (size_t)lines;
-    for (int i = 0; i < exr->channel_count; ++i) {
-        if (exr->channels[i].type != PBNDS_EXR_HALF) continue;
-        const float *in =
-            (const float *)exr->channels[i].data + (size_t)row * (size_t)exr->width;
-        uint16_t *out = st->halves + (size_t)i * st->plane;
-        for (size_t k = 0; k < count; ++k)
-            out[k] = pbnds_half_from_float(in[k]);
-    }
-}
-
 /* What one thread keeps from chunk to chunk. */
 struct decoder {
     exr_decode_pipeline_t pipe;
-    struct staging staging;
+    struct pbnds_exr_staging staging;
     bool started;
 };
 
@@ -497,7 +437,7 @@ static exr_result_t prepare_decoder(const struct decoding *job, struct decoder *
                     : exr_decoding_initialize(job->context, 0, &chunk, &d->pipe);
     if (rv != EXR_ERR_SUCCESS) return rv;
     for (int c = 0; c < d->pipe.channel_count; ++c) {
-        const int i = channel_index(exr, d->pipe.channels[c].channel_name);
+        const int i = pbnds_exr_channel_index(exr, d->pipe.channels[c].channel_name);
         if (i < 0) return EXR_ERR_INVALID_ATTR;
         bind_channel(&d->pipe.channels[c], exr, &exr->channels[i], &d->staging, i, row);
     }
@@ -525,7 +465,7 @@ static exr_result_t decode_chunk(const struct decoding *job, struct decoder *d,
     /* The PIZ decoder says so of data that inflate beyond their chunk. */
     if (rv == EXR_ERR_OUT_OF_MEMORY) rv = EXR_ERR_CORRUPT_CHUNK;
     if (rv == EXR_ERR_SUCCESS) {
-        unpack_halves(exr, &d->staging, row, lines);
+        pbnds_exr_unpack_halves(exr, &d->staging, row, lines);
     } else {
         stop_decoder(job, d); /* what a failure leaves is good for nothing */
     }
@@ -572,9 +512,10 @@ static enum pbnds_status read_planes(exr_context_t context, struct stream *s,
         .step = step,
     };
     enum pbnds_status status =
-        job.decoders && job.results ? PBNDS_OK : fail_memory(path, error);
+        job.decoders && job.results ? PBNDS_OK : pbnds_exr_fail_memory(path, error);
     for (size_t t = 0; t < threads && status == PBNDS_OK; ++t)
-        status = staging_init(&job.decoders[t].staging, exr, step, path, error);
+        status =
+            pbnds_exr_staging_init(&job.decoders[t].staging, exr, step, path, error);
     if (status == PBNDS_OK) {
         for (size_t i = 0; i < chunks; ++i)
             job.results[i] = NOT_DONE;
@@ -609,6 +550,18 @@ static enum pbnds_status read_stream(struct stream *s, const char *path,
     return status;
 }
 
+enum pbnds_status pbnds_exr_read_memory(const char *name, const uint8_t *bytes,
+                                        size_t size, struct pbnds_exr *exr,
+                                        struct pbnds_error *error)
+{
+    *exr = (struct pbnds_exr){0};
+    struct stream s = {
+        .bytes = bytes, .size = size, .fd = -1, .told = ATOMIC_FLAG_INIT};
+    const enum pbnds_status status = read_stream(&s, name, exr, error);
+    if (status != PBNDS_OK) pbnds_exr_free(exr);
+    return status;
+}
+
 enum pbnds_status pbnds_exr_read(const char *path, struct pbnds_exr *exr,
                                  struct pbnds_error *error)
 {
@@ -617,100 +570,13 @@ enum pbnds_status pbnds_exr_read(const char *path, struct pbnds_exr *exr,
     size_t size = 0;
     PBNDS_TRY(
         pbnds_file_read(path, planes_max + (planes_max >> 4), &bytes, &size, error));
-    struct stream s = {
-        .bytes = bytes, .size = size, .fd = -1, .told = ATOMIC_FLAG_INIT};
-    const enum pbnds_status status = read_stream(&s, path, exr, error);
+    const enum pbnds_status status =
+        pbnds_exr_read_memory(path, bytes, size, exr, error);
     free(bytes);
-    if (status != PBNDS_OK) pbnds_exr_free(exr);
     return status;
 }
 
-void pbnds_exr_free(struct pbnds_exr *exr)
-{
-    for (int i = 0; i < exr->channel_count; ++i)
-        free(exr->channels[i].data);
-    for (int i = 0; i < exr->attribute_count; ++i) {
-        if (exr->attributes[i].type == PBNDS_EXR_ATTRIBUTE_TEXT)
-            free(exr->attributes[i].value.text);
-    }
-    free(exr->channels);
-    free(exr->attributes);
-    *exr = (struct pbnds_exr){0};
-}
-
-const struct pbnds_exr_channel *pbnds_exr_find(const struct pbnds_exr *exr,
-                                               const char *name)
-{
-    const int i = channel_index(exr, name);
-    return i < 0 ? NULL : &exr->channels[i];
-}
-
-const struct pbnds_exr_attribute *pbnds_exr_find_attribute(const struct pbnds_exr *exr,
-                                                           const char *name)
-{
-    for (int i = 0; i < exr->attribute_count; ++i) {
-        if (strcmp(exr->attributes[i].name, name) == 0) return &exr->attributes[i];
-    }
-    return NULL;
-}
-
 /* ---- writing ---- */
-
-static bool terminated(const char *text, size_t size)
-{
-    return memchr(text, 0, size) != NULL;
-}
-
-static enum pbnds_status check_channels(const char *path, const struct pbnds_exr *exr,
-                                        struct pbnds_error *error)
-{
-    for (int i = 0; i < exr->channel_count; ++i) {
-        const struct pbnds_exr_channel *c = &exr->channels[i];
-        if (!terminated(c->name, sizeof c->name) || !c->name[0] || !c->data ||
-            (c->type != PBNDS_EXR_UINT && c->type != PBNDS_EXR_HALF &&
-             c->type != PBNDS_EXR_FLOAT)) {
-            return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                              "%s: channel %d lacks a name, a type or data", path, i);
-        }
-        if (channel_index(exr, c->name) != i) {
-            return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                              "%s: two channels are called %s", path, c->name);
-        }
-    }
-    return PBNDS_OK;
-}
-
-static enum pbnds_status check_description(const char *path,
-                                           const struct pbnds_exr *exr,
-                                           struct pbnds_error *error)
-{
-    if (exr->width < 1 || exr->width > SIDE_MAX || exr->height < 1 ||
-        exr->height > SIDE_MAX) {
-        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                          "%s: %d x %d pixels, sides must lie in [1, %d]", path,
-                          exr->width, exr->height, (int)SIDE_MAX);
-    }
-    if (exr->channel_count < 1 || exr->channel_count > CHANNELS_MAX) {
-        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                          "%s: %d channels, there must be 1 to %d", path,
-                          exr->channel_count, (int)CHANNELS_MAX);
-    }
-    if (exr->compression != PBNDS_EXR_NONE && exr->compression != PBNDS_EXR_ZIPS &&
-        exr->compression != PBNDS_EXR_ZIP && exr->compression != PBNDS_EXR_PIZ) {
-        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                          "%s: compression %d is not written", path,
-                          (int)exr->compression);
-    }
-    return check_channels(path, exr, error);
-}
-
-static bool one_of(const char *name, const char *const *list)
-{
-    for (; *list; ++list) {
-        if (strcmp(name, *list) == 0) return true;
-    }
-    return false;
-}
 
 static exr_result_t write_attribute(exr_context_t context,
                                     const struct pbnds_exr_attribute *a)
@@ -736,24 +602,15 @@ static enum pbnds_status write_attributes(exr_context_t context, const struct st
                                           const char *path, const struct pbnds_exr *exr,
                                           struct pbnds_error *error)
 {
-    /* These follow from the planes: dropped, so that what was read can be written. */
-    static const char *const implied[] = {"type", "name", "chunkCount", "version",
-                                          NULL};
-    static const char *const reserved[] = {
-        "channels",  "compression",        "dataWindow", "displayWindow",
-        "lineOrder", "screenWindowCenter", "tiles",      NULL};
     for (int i = 0; i < exr->attribute_count; ++i) {
         const struct pbnds_exr_attribute *a = &exr->attributes[i];
-        const bool text = a->type == PBNDS_EXR_ATTRIBUTE_STRING;
-        if (!terminated(a->name, sizeof a->name) || !a->name[0] ||
-            (text && !terminated(a->value.string, sizeof a->value.string)) ||
-            (a->type == PBNDS_EXR_ATTRIBUTE_TEXT && !a->value.text) ||
-            one_of(a->name, reserved)) {
+        const enum pbnds_exr_attribute_fate fate = pbnds_exr_attribute_fate(a);
+        if (fate == PBNDS_EXR_ATTRIBUTE_REFUSED) {
             return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
                               "%s: attribute %d lacks a name of its own or an end",
                               path, i);
         }
-        if (one_of(a->name, implied)) continue;
+        if (fate == PBNDS_EXR_ATTRIBUTE_IMPLIED) continue;
         const exr_result_t rv = write_attribute(context, a);
         if (rv != EXR_ERR_SUCCESS) return fail_write(s, path, rv, error);
     }
@@ -772,22 +629,11 @@ static exr_result_t add_channels(exr_context_t context, const struct pbnds_exr *
     return rv;
 }
 
-/* Names of 32 characters and more need a flag that old readers do not know. */
-static bool has_long_names(const struct pbnds_exr *exr)
-{
-    for (int i = 0; i < exr->channel_count; ++i) {
-        if (strlen(exr->channels[i].name) > 31) return true;
-    }
-    for (int i = 0; i < exr->attribute_count; ++i) {
-        if (strlen(exr->attributes[i].name) > 31) return true;
-    }
-    return false;
-}
-
 static exr_result_t start_part(exr_context_t context, const struct pbnds_exr *exr)
 {
     int part = 0;
-    exr_result_t rv = exr_set_longname_support(context, has_long_names(exr) ? 1 : 0);
+    exr_result_t rv =
+        exr_set_longname_support(context, pbnds_exr_has_long_names(exr) ? 1 : 0);
     if (rv != EXR_ERR_SUCCESS) return rv;
     rv = exr_add_part(context, NULL, EXR_STORAGE_SCANLINE, &part);
     if (rv != EXR_ERR_SUCCESS) return rv;
@@ -804,7 +650,7 @@ enum { ENCODERS_A_THREAD = 2, ENCODERS_MAX = 32 };
 
 struct encoder {
     exr_encode_pipeline_t pipe;
-    struct staging staging;
+    struct pbnds_exr_staging staging;
     bool started, done;
     exr_result_t result;
 };
@@ -833,9 +679,9 @@ static exr_result_t encode_chunk(const struct encoding *job, struct encoder *e, 
     rv = e->started ? exr_encoding_update(job->context, 0, &chunk, &e->pipe)
                     : exr_encoding_initialize(job->context, 0, &chunk, &e->pipe);
     if (rv != EXR_ERR_SUCCESS) return rv;
-    pack_halves(exr, &e->staging, row, lines);
+    pbnds_exr_pack_halves(exr, &e->staging, row, lines);
     for (int c = 0; c < e->pipe.channel_count; ++c) {
-        const int i = channel_index(exr, e->pipe.channels[c].channel_name);
+        const int i = pbnds_exr_channel_index(exr, e->pipe.channels[c].channel_name);
         if (i < 0) return EXR_ERR_INVALID_ATTR;
         bind_channel(&e->pipe.channels[c], exr, &exr->channels[i], &e->staging, i, row);
     }
@@ -904,9 +750,11 @@ static enum pbnds_status write_planes(exr_context_t context, const struct stream
                            .exr = exr,
                            .encoders = calloc(count, sizeof *job.encoders),
                            .step = step};
-    enum pbnds_status status = job.encoders ? PBNDS_OK : fail_memory(path, error);
+    enum pbnds_status status =
+        job.encoders ? PBNDS_OK : pbnds_exr_fail_memory(path, error);
     for (size_t i = 0; i < count && status == PBNDS_OK; ++i)
-        status = staging_init(&job.encoders[i].staging, exr, step, path, error);
+        status =
+            pbnds_exr_staging_init(&job.encoders[i].staging, exr, step, path, error);
     if (status == PBNDS_OK) {
         rv = encode_all(&job, count);
         if (rv != EXR_ERR_SUCCESS) status = fail_write(s, path, rv, error);
@@ -946,7 +794,7 @@ static enum pbnds_status write_stream(struct stream *s, const char *path,
 enum pbnds_status pbnds_exr_write(const char *path, const struct pbnds_exr *exr,
                                   struct pbnds_error *error)
 {
-    PBNDS_TRY(check_description(path, exr, error));
+    PBNDS_TRY(pbnds_exr_check(path, exr, error));
     struct pbnds_file_writer w;
     PBNDS_TRY(pbnds_file_begin(&w, path, error));
     struct stream s = {.fd = open(w.temp, O_WRONLY | O_CLOEXEC),

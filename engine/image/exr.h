@@ -68,6 +68,11 @@ extern "C" {
  *  UNSUPPORTED, MEMORY (over 2^31 bytes of planes). */
 enum pbnds_status pbnds_exr_read(const char *path, struct pbnds_exr *exr,
                                  struct pbnds_error *error) PBNDS_NODISCARD;
+/** The same from a file's bytes, which are borrowed for the call; `name` is for
+ *  messages. */
+enum pbnds_status pbnds_exr_read_memory(const char *name, const uint8_t *bytes,
+                                        size_t size, struct pbnds_exr *exr,
+                                        struct pbnds_error *error) PBNDS_NODISCARD;
 /** Frees what pbnds_exr_read() made. Never call it on a borrowed description. */
 void pbnds_exr_free(struct pbnds_exr *exr);
 

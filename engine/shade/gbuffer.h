@@ -212,6 +212,15 @@ enum pbnds_status pbnds_gbuffer_read(const char *path, struct pbnds_gbuffer *gbu
                                      struct pbnds_exr *exr,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** The same from a file's bytes, which are borrowed for the call; `name` is for
+ *  messages. */
+enum pbnds_status pbnds_gbuffer_read_memory(const char *name, const uint8_t *bytes,
+                                            size_t size, struct pbnds_gbuffer *gbuffer,
+                                            struct pbnds_gbuffer_origin *origin,
+                                            struct pbnds_image *radiance,
+                                            struct pbnds_exr *exr,
+                                            struct pbnds_error *error) PBNDS_NODISCARD;
+
 /** Entry i of three planes, e.g. gbuffer->normal. */
 static inline struct pbnds_vec3 pbnds_gbuffer_vec3(float *const plane[3], size_t i)
 {

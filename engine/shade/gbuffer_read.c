@@ -362,31 +362,59 @@ static enum pbnds_status read_planes(struct reading *r, struct pbnds_error *erro
     return read_mattes(r, error);
 }
 
-enum pbnds_status pbnds_gbuffer_read(const char *path, struct pbnds_gbuffer *gbuffer,
-                                     struct pbnds_gbuffer_origin *origin,
-                                     struct pbnds_image *radiance,
-                                     struct pbnds_exr *exr, struct pbnds_error *error)
+/* Takes `file` over. */
+static enum pbnds_status take(const char *path, struct pbnds_exr *file,
+                              struct pbnds_gbuffer *gbuffer,
+                              struct pbnds_gbuffer_origin *origin,
+                              struct pbnds_image *radiance, struct pbnds_exr *exr,
+                              struct pbnds_error *error)
 {
-    memset(gbuffer, 0, sizeof *gbuffer);
-    if (radiance) memset(radiance, 0, sizeof *radiance);
-    if (exr) memset(exr, 0, sizeof *exr);
-
-    struct pbnds_exr file;
-    PBNDS_TRY(pbnds_exr_read(path, &file, error));
-    struct reading r = {.path = path, .exr = &file, .gbuffer = gbuffer};
+    struct reading r = {.path = path, .exr = file, .gbuffer = gbuffer};
     enum pbnds_status status = read_planes(&r, error);
     if (status == PBNDS_OK && radiance) status = read_radiance(&r, radiance, error);
     if (status != PBNDS_OK) {
         if (radiance) pbnds_image_free(radiance);
         pbnds_gbuffer_free(gbuffer);
-        pbnds_exr_free(&file);
+        pbnds_exr_free(file);
         return status;
     }
     if (origin) *origin = r.origin;
     if (exr) {
-        *exr = file;
+        *exr = *file;
     } else {
-        pbnds_exr_free(&file);
+        pbnds_exr_free(file);
     }
     return PBNDS_OK;
+}
+
+static void empty(struct pbnds_gbuffer *gbuffer, struct pbnds_image *radiance,
+                  struct pbnds_exr *exr)
+{
+    memset(gbuffer, 0, sizeof *gbuffer);
+    if (radiance) memset(radiance, 0, sizeof *radiance);
+    if (exr) memset(exr, 0, sizeof *exr);
+}
+
+enum pbnds_status pbnds_gbuffer_read(const char *path, struct pbnds_gbuffer *gbuffer,
+                                     struct pbnds_gbuffer_origin *origin,
+                                     struct pbnds_image *radiance,
+                                     struct pbnds_exr *exr, struct pbnds_error *error)
+{
+    struct pbnds_exr file;
+    empty(gbuffer, radiance, exr);
+    PBNDS_TRY(pbnds_exr_read(path, &file, error));
+    return take(path, &file, gbuffer, origin, radiance, exr, error);
+}
+
+enum pbnds_status pbnds_gbuffer_read_memory(const char *name, const uint8_t *bytes,
+                                            size_t size, struct pbnds_gbuffer *gbuffer,
+                                            struct pbnds_gbuffer_origin *origin,
+                                            struct pbnds_image *radiance,
+                                            struct pbnds_exr *exr,
+                                            struct pbnds_error *error)
+{
+    struct pbnds_exr file;
+    empty(gbuffer, radiance, exr);
+    PBNDS_TRY(pbnds_exr_read_memory(name, bytes, size, &file, error));
+    return take(name, &file, gbuffer, origin, radiance, exr, error);
 }
