@@ -24,6 +24,7 @@ foreach(where engine neural scenes tools)
     forbid("#include <meshoptimizer" ${where} "^engine/scene/gltf/meshopt\\.c(pp)?$")
     forbid("#include <mpi" ${where} "^engine/core/ranks\\.c$")
     forbid("#include <omp" ${where} "^engine/core/parallel\\.c$")
+    forbid("#include <archive" ${where} "^neural/data/store_tar\\.c$")
     forbid("#include <zlib" ${where} "^scenes/generator/pack\\.c$")
 endforeach()
 # The engine knows neither the network nor the generator, which in its turn knows of the

@@ -168,13 +168,15 @@ static enum pbnds_status make(const struct tool_options *options,
                               struct pbnds_error *error)
 {
     const int rank = pbnds_rank(), ranks = pbnds_rank_count();
-    const struct pbnds_dataset_shard shard = {
-        options->shard[0] + options->shard[1] * rank, options->shard[1] * ranks};
+    const struct pbnds_dataset_options how = {
+        .shard = {options->shard[0] + options->shard[1] * rank,
+                  options->shard[1] * ranks},
+        .retry = options->retry};
     if (rank > 0) tool_console_no_progress();
     enum pbnds_status status = tool_folder_check(options->output, error);
     if (status == PBNDS_OK) {
-        status =
-            pbnds_dataset_make(recipe, &shard, options->output, tool_report(), error);
+        status = pbnds_dataset_make(recipe, &how, options->output, tool_report(), NULL,
+                                    error);
     }
     const int worst = pbnds_ranks_max(status == PBNDS_OK ? 0 : 1);
     if (status != PBNDS_OK) return status;

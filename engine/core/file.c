@@ -87,7 +87,8 @@ enum pbnds_status pbnds_file_begin(struct pbnds_file_writer *w, const char *path
         free(w->path);
         free(w->temp);
         *w = (struct pbnds_file_writer){NULL, NULL};
-        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for its name", path);
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for its name",
+                          path);
     }
     memcpy(w->path, path, length + 1);
     /* The extension stays last: image writers choose the format by it. */
@@ -107,11 +108,21 @@ enum pbnds_status pbnds_file_begin(struct pbnds_file_writer *w, const char *path
     return PBNDS_OK;
 }
 
-enum pbnds_status pbnds_file_commit(struct pbnds_file_writer *w, struct pbnds_error *error)
+static _Thread_local bool unsynced;
+
+bool pbnds_file_set_sync(bool on)
+{
+    const bool before = !unsynced;
+    unsynced = !on;
+    return before;
+}
+
+enum pbnds_status pbnds_file_commit(struct pbnds_file_writer *w,
+                                    struct pbnds_error *error)
 {
     enum pbnds_status status = PBNDS_OK;
     const int fd = open(w->temp, O_RDWR | O_CLOEXEC);
-    const int synced = fd >= 0 && fsync(fd) == 0;
+    const int synced = fd >= 0 && (unsynced || fsync(fd) == 0);
     const int closed = fd >= 0 && close(fd) == 0;
     if (!synced || !closed || rename(w->temp, w->path) != 0) {
         status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be written: %s", w->path,
@@ -163,8 +174,8 @@ enum pbnds_status pbnds_make_folder(const char *path, struct pbnds_error *error)
         struct stat info;
         if (mkdir(copy, 0777) != 0 &&
             !(errno == EEXIST && stat(copy, &info) == 0 && S_ISDIR(info.st_mode))) {
-            status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: folder cannot be made: %s", copy,
-                                strerror(errno));
+            status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: folder cannot be made: %s",
+                                copy, strerror(errno));
         }
         copy[i] = kept;
     }

@@ -5,6 +5,7 @@
 #ifndef PBNDS_ENGINE_CORE_FILE_H
 #define PBNDS_ENGINE_CORE_FILE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -19,7 +20,8 @@ extern "C" {
  *  behind it) and the caller's to free(). A folder, a missing or unreadable file is
  *  PBNDS_ERROR_IO; one too large is PBNDS_ERROR_MEMORY. */
 enum pbnds_status pbnds_file_read(const char *path, size_t max_bytes, uint8_t **data,
-                                  size_t *size, struct pbnds_error *error) PBNDS_NODISCARD;
+                                  size_t *size,
+                                  struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** The same from a descriptor that is open for reading and stays the caller's; `name`
  *  is for messages. */
@@ -36,10 +38,14 @@ struct pbnds_file_writer {
 /** Creates the temporary file (empty). Fails early where the folder cannot be written. */
 enum pbnds_status pbnds_file_begin(struct pbnds_file_writer *w, const char *path,
                                    struct pbnds_error *error) PBNDS_NODISCARD;
-/** Syncs the temporary file and renames it to its final name. On failure it is removed.
+/** Syncs the temporary file (unless told not to) and renames it to its final name. On failure it is removed.
  *  The writer is empty afterwards. */
 enum pbnds_status pbnds_file_commit(struct pbnds_file_writer *w,
                                     struct pbnds_error *error) PBNDS_NODISCARD;
+/** Whether commit waits until the disk has the file, for this thread; it does unless told
+ *  otherwise. For who writes many files and syncs them together: each wait costs a turn of
+ *  the disk. @return what was the case before */
+bool pbnds_file_set_sync(bool on);
 /** Removes the temporary file. Safe on an empty (zeroed) or committed writer. */
 void pbnds_file_abort(struct pbnds_file_writer *w);
 

@@ -4,10 +4,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "engine/core/file.h"
 #include "neural/data/pack.h"
+#include "neural/data/store_read.h"
 
 enum { PATH_SIZE = 4200 };
 
@@ -102,6 +102,27 @@ static void add_variance(struct sheet *sheet, const struct pbnds_image *variance
 
 /* Writing. */
 
+/* A target that is not finite would spoil a training for ever. */
+static enum pbnds_status check_finite(const char *path,
+                                      const struct pbnds_exr_channel *channels,
+                                      int count, int width, int height,
+                                      struct pbnds_error *error)
+{
+    const size_t pixels = (size_t)width * (size_t)height;
+    for (int c = 0; c < count; ++c) {
+        const float *plane = channels[c].data;
+        if (channels[c].type == PBNDS_EXR_UINT) continue;
+        for (size_t i = 0; i < pixels; ++i) {
+            if (isfinite(plane[i])) continue;
+            return pbnds_fail(error, PBNDS_ERROR_FORMAT,
+                              "%s: %s is not finite at pixel (%d, %d)", path,
+                              channels[c].name, (int)(i % (size_t)width),
+                              (int)(i / (size_t)width));
+        }
+    }
+    return PBNDS_OK;
+}
+
 static enum pbnds_status write_sheet(const char *folder, const char *name,
                                      const struct sheet *sheet, int width, int height,
                                      struct pbnds_error *error)
@@ -113,6 +134,7 @@ static enum pbnds_status write_sheet(const char *folder, const char *name,
                                   .compression = PBNDS_EXR_PIZ,
                                   .channels = sheet->channels,
                                   .channel_count = sheet->count};
+    PBNDS_TRY(check_finite(name, sheet->channels, sheet->count, width, height, error));
     return pbnds_exr_write(path, &exr, error);
 }
 
@@ -173,6 +195,8 @@ enum pbnds_status pbnds_sample_write_parts(const char *folder,
 {
     char path[PATH_SIZE];
     (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
+    PBNDS_TRY(check_finite("sample.exr", parts->extra, parts->extra_count,
+                           parts->gbuffer->width, parts->gbuffer->height, error));
     PBNDS_TRY(pbnds_gbuffer_write(path, parts->gbuffer, parts->origin, parts->radiance,
                                   parts->extra, parts->extra_count, PBNDS_EXR_PIZ,
                                   error));
@@ -350,20 +374,20 @@ static int list_directions(const cJSON *json, struct pbnds_vec3 *wi)
     return count;
 }
 
-static enum pbnds_status read_directions(const char *path, struct pbnds_olat *olat,
+static enum pbnds_status read_directions(const char *sample, struct pbnds_olat *olat,
                                          struct pbnds_error *error)
 {
-    uint8_t *text = NULL;
-    size_t size = 0;
-    PBNDS_TRY(pbnds_file_read(path, (size_t)1 << 24, &text, &size, error));
-    cJSON *json = cJSON_ParseWithLength((const char *)text, size);
-    free(text);
+    struct pbnds_store_bytes bytes;
+    PBNDS_TRY(pbnds_store_read(sample, "sample.json", &bytes, error));
+    cJSON *json = cJSON_ParseWithLength((const char *)bytes.data, bytes.size);
+    free(bytes.data);
     const int count = list_directions(json, olat->wi);
     cJSON_Delete(json);
     if (count < 1) {
         return pbnds_fail(
             error, PBNDS_ERROR_FORMAT,
-            "%s: has no list of unit directions olat.wi, as olat.exr needs", path);
+            "%s: has no list of unit directions olat.wi, as olat.exr needs",
+            bytes.name);
     }
     olat->count = count;
     return PBNDS_OK;
@@ -389,44 +413,73 @@ static enum pbnds_status read_lights(const char *path, const struct pbnds_exr *e
     return read_bits(path, exr, "olat_visibility", &olat->visibility, error);
 }
 
-static enum pbnds_status load_olat(const char *folder, struct pbnds_sample *sample,
+static enum pbnds_status load_olat(const char *path, struct pbnds_sample *sample,
                                    struct pbnds_error *error)
 {
-    char path[PATH_SIZE], json[PATH_SIZE];
-    (void)snprintf(path, sizeof path, "%s/olat.exr", folder);
-    (void)snprintf(json, sizeof json, "%s/sample.json", folder);
-    if (access(path, F_OK) != 0) return PBNDS_OK;
+    if (!pbnds_store_holds(path, "olat.exr")) return PBNDS_OK;
+    struct pbnds_store_bytes bytes;
     struct pbnds_exr exr = {0};
-    PBNDS_TRY(read_directions(json, &sample->olat, error));
-    enum pbnds_status status = pbnds_exr_read(path, &exr, error);
+    PBNDS_TRY(read_directions(path, &sample->olat, error));
+    PBNDS_TRY(pbnds_store_read(path, "olat.exr", &bytes, error));
+    enum pbnds_status status =
+        pbnds_exr_read_memory(bytes.name, bytes.data, bytes.size, &exr, error);
+    free(bytes.data);
     if (status == PBNDS_OK)
-        status = read_lights(path, &exr, &sample->gbuffer, &sample->olat, error);
+        status = read_lights(bytes.name, &exr, &sample->gbuffer, &sample->olat, error);
     pbnds_exr_free(&exr);
     return status;
 }
 
-enum pbnds_status pbnds_sample_load(const char *folder, unsigned parts,
+static enum pbnds_status load_views(const char *path, unsigned parts,
+                                    struct pbnds_sample *sample,
+                                    struct pbnds_error *error)
+{
+    struct pbnds_store_bytes bytes;
+    struct pbnds_exr exr = {0};
+    struct pbnds_gbuffer_origin origin;
+    PBNDS_TRY(pbnds_store_read(path, "sample.exr", &bytes, error));
+    enum pbnds_status status =
+        pbnds_gbuffer_read_memory(bytes.name, bytes.data, bytes.size, &sample->gbuffer,
+                                  &origin, &sample->radiance, &exr, error);
+    free(bytes.data);
+    if (status == PBNDS_OK) {
+        sample->target = origin.target;
+        status = read_targets(bytes.name, &exr, parts, sample, error);
+    }
+    pbnds_exr_free(&exr);
+    return status;
+}
+
+static enum pbnds_status load_light(const char *path, struct pbnds_sample *sample,
+                                    struct pbnds_error *error)
+{
+    struct pbnds_store_bytes bytes;
+    struct pbnds_exr exr = {0};
+    struct pbnds_image light = {0, 0, 0, NULL};
+    PBNDS_TRY(pbnds_store_read(path, "light.exr", &bytes, error));
+    enum pbnds_status status =
+        pbnds_exr_read_memory(bytes.name, bytes.data, bytes.size, &exr, error);
+    free(bytes.data);
+    if (status == PBNDS_OK) status = read_layer(bytes.name, &exr, "", &light, error);
+    if (status == PBNDS_OK) {
+        status = pbnds_envmap_create(&light, PBNDS_ENV_GLTF, 0.0f, 1.0f,
+                                     &sample->envmap, error);
+    }
+    pbnds_image_free(&light);
+    pbnds_exr_free(&exr);
+    return status;
+}
+
+enum pbnds_status pbnds_sample_load(const char *path, unsigned parts,
                                     struct pbnds_sample *sample,
                                     struct pbnds_error *error)
 {
     *sample = (struct pbnds_sample){0};
-    (void)snprintf(sample->path, sizeof sample->path, "%s", folder);
-    char path[PATH_SIZE];
-    (void)snprintf(path, sizeof path, "%s/sample.exr", folder);
-    struct pbnds_exr exr = {0};
-    struct pbnds_gbuffer_origin origin;
-    enum pbnds_status status = pbnds_gbuffer_read(path, &sample->gbuffer, &origin,
-                                                  &sample->radiance, &exr, error);
-    if (status == PBNDS_OK) sample->target = origin.target;
-    if (status == PBNDS_OK) status = read_targets(path, &exr, parts, sample, error);
-    pbnds_exr_free(&exr);
-    if (status == PBNDS_OK) {
-        (void)snprintf(path, sizeof path, "%s/light.exr", folder);
-        status =
-            pbnds_envmap_load(path, PBNDS_ENV_GLTF, 0.0f, 1.0f, &sample->envmap, error);
-    }
+    (void)snprintf(sample->path, sizeof sample->path, "%s", path);
+    enum pbnds_status status = load_views(path, parts, sample, error);
+    if (status == PBNDS_OK) status = load_light(path, sample, error);
     if (status == PBNDS_OK && (parts & PBNDS_SAMPLE_OLAT))
-        status = load_olat(folder, sample, error);
+        status = load_olat(path, sample, error);
     if (status != PBNDS_OK) pbnds_sample_free(sample);
     return status;
 }

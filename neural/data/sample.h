@@ -75,7 +75,8 @@ extern "C" {
 /** i-th file of a sample, NULL past the end. The last ones may be missing. */
 const char *pbnds_sample_file(int i);
 
-/** Writes the files into a folder that exists. Errors: IO, MEMORY. */
+/** Writes the files into a folder that exists. Errors: IO, MEMORY, FORMAT (a target is not
+ *  finite). */
 enum pbnds_status pbnds_sample_write_parts(const char *folder,
                                            const struct pbnds_sample_parts *parts,
                                            struct pbnds_error *error) PBNDS_NODISCARD;

@@ -26,8 +26,8 @@ static void make_shard(const struct pbnds_dataset_recipe *recipe, int index, int
                        const char *dir)
 {
     struct pbnds_error error = {{0}};
-    const struct pbnds_dataset_shard shard = {index, count};
-    if (pbnds_dataset_make(recipe, &shard, dir, NULL, &error) != PBNDS_OK) {
+    const struct pbnds_dataset_options options = {.shard = {index, count}};
+    if (pbnds_dataset_make(recipe, &options, dir, NULL, NULL, &error) != PBNDS_OK) {
         fail_msg("%s", error.message);
     }
 }
@@ -120,7 +120,7 @@ static void another_recipe_is_refused(void **state)
     recipe.spp = 5;
     struct pbnds_error error = {{0}};
     assert_int_equal(
-        pbnds_dataset_make(&recipe, NULL, "test_dataset_whole", NULL, &error),
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_whole", NULL, NULL, &error),
         PBNDS_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "another recipe"));
 }
@@ -133,7 +133,7 @@ static void an_asset_in_two_splits_is_refused(void **state)
     struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 12);
     struct pbnds_error error = {{0}};
     assert_int_equal(
-        pbnds_dataset_make(&recipe, NULL, "test_dataset_leak", NULL, &error),
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_leak", NULL, NULL, &error),
         PBNDS_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "split"));
     assert_int_equal(unlink("test_dataset_assets/test/copy.gltf"), 0);
@@ -156,7 +156,7 @@ static void a_broken_asset_costs_its_samples_only(void **state)
     struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 10);
     const struct pbnds_report report = {.warn = remember};
     assert_int_equal(
-        pbnds_dataset_make(&recipe, NULL, "test_dataset_broken", &report, NULL),
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_broken", &report, NULL, NULL),
         PBNDS_OK);
     assert_int_equal(count_of("test_dataset_broken", PBNDS_SPLIT_TRAIN), 8);
     assert_int_equal(count_of("test_dataset_broken", PBNDS_SPLIT_VAL), 0);
@@ -176,7 +176,7 @@ static void a_data_set_of_nothing_fails(void **state)
     struct pbnds_dataset_recipe recipe = fixture_recipe(bad, 3);
     struct pbnds_error error = {{0}};
     const enum pbnds_status status =
-        pbnds_dataset_make(&recipe, NULL, "test_dataset_nothing", NULL, &error);
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_nothing", NULL, NULL, &error);
     /* which split the hash chose decides between the two sentences */
     assert_true(status == PBNDS_ERROR_FORMAT || status == PBNDS_ERROR_ARGUMENT);
     fixture_remove("test_dataset_bad");
@@ -188,7 +188,7 @@ static void a_data_set_of_nothing_fails(void **state)
     fixture_light("test_dataset_bad/train/light.exr", 20);
     recipe = fixture_recipe(train, 3);
     assert_int_equal(
-        pbnds_dataset_make(&recipe, NULL, "test_dataset_nothing", NULL, &error),
+        pbnds_dataset_make(&recipe, NULL, "test_dataset_nothing", NULL, NULL, &error),
         PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "shape.gltf"));
     assert_int_not_equal(access("test_dataset_nothing/dataset.json", F_OK), 0);
@@ -243,8 +243,8 @@ static void damaged_samples_are_refused(void **state)
     struct pbnds_error error = {{0}};
     const char *file = "test_dataset_whole/test/000000/sample.exr";
     assert_int_equal(truncate(file, 3000), 0);
-    assert_true(pbnds_sample_load("test_dataset_whole/test/000000", 0, &sample, &error) !=
-                PBNDS_OK);
+    assert_true(pbnds_sample_load("test_dataset_whole/test/000000", 0, &sample,
+                                  &error) != PBNDS_OK);
     assert_non_null(strstr(error.message, "000000/sample.exr"));
     assert_int_equal(pbnds_dataset_list("test_dataset_nowhere", PBNDS_SPLIT_TRAIN,
                                         &(struct pbnds_sample_list){0}, &error),

@@ -48,7 +48,8 @@ static void bytes_are_those_of_the_data_set(void **state)
     assert_true(cost.core_seconds > 0.0);
     assert_int_equal(rmdir("test_estimate_scratch"), 0); /* nothing was left in it */
     assert_int_equal(
-        pbnds_dataset_make(&recipe, NULL, "test_estimate_data", NULL, NULL), PBNDS_OK);
+        pbnds_dataset_make(&recipe, NULL, "test_estimate_data", NULL, NULL, NULL),
+        PBNDS_OK);
     double bytes = 0.0;
     for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s) {
         struct pbnds_sample_list list;

@@ -38,8 +38,9 @@ static void training_and_rendering_agree(void **state)
     assert_int_equal(system("rm -rf test_task_*"), 0);
     fixture_assets(folder_of_assets);
     const struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 2);
-    assert_int_equal(pbnds_dataset_make(&recipe, NULL, "test_task_data", NULL, NULL),
-                     PBNDS_OK);
+    assert_int_equal(
+        pbnds_dataset_make(&recipe, NULL, "test_task_data", NULL, NULL, NULL),
+        PBNDS_OK);
     const struct pbnds_task_ops *ops = &pbnds_task_transport;
     struct pbnds_backend *backend;
     struct pbnds_net *net;

@@ -34,7 +34,8 @@ static int setup(void **state)
     if (system("rm -rf test_train_*") != 0) return -1; /* of a run that was killed */
     fixture_assets(folder_of_assets);
     const struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 10);
-    return pbnds_dataset_make(&recipe, NULL, DATA, NULL, NULL) == PBNDS_OK ? 0 : -1;
+    return pbnds_dataset_make(&recipe, NULL, DATA, NULL, NULL, NULL) == PBNDS_OK ? 0
+                                                                                 : -1;
 }
 
 static int teardown(void **state)
