@@ -250,7 +250,7 @@ static enum pbnds_status import_picture(struct importer *m,
     if (status == PBNDS_OK) {
         const char *folder;
         m->writing = true;
-        status = pbnds_store_begin(m->store, split, about->index, &folder, error);
+        status = pbnds_store_begin(m->store, about->index, &folder, error);
         if (status == PBNDS_OK) {
             status = write_picture(p, folder, error);
             if (status == PBNDS_OK) status = pbnds_store_commit(m->store, error);
@@ -259,6 +259,24 @@ static enum pbnds_status import_picture(struct importer *m,
     }
     free_picture(p);
     return status;
+}
+
+/* Imports it unless it is there, or another process is at it. */
+static enum pbnds_status import_missing(struct importer *m,
+                                        const struct pbnds_ffhq_picture *about,
+                                        enum pbnds_split split,
+                                        struct pbnds_error *error)
+{
+    bool busy;
+    const int unit = pbnds_store_unit_of(m->store, split, about->index);
+    PBNDS_TRY(pbnds_store_enter(m->store, unit, &busy, error));
+    if (busy) return PBNDS_OK;
+    enum pbnds_status status = PBNDS_OK;
+    if (pbnds_store_state(m->store, about->index) != PBNDS_STORE_THERE)
+        status = import_picture(m, about, split, error);
+    const enum pbnds_status left =
+        pbnds_store_leave(m->store, status == PBNDS_OK ? error : NULL);
+    return status == PBNDS_OK ? left : status;
 }
 
 static void leave_out(struct importer *m, const struct pbnds_ffhq_picture *about,
@@ -292,9 +310,7 @@ static enum pbnds_status import_one(struct importer *m,
     struct pbnds_error reason = {{0}};
     m->writing = false;
     const enum pbnds_status status =
-        pbnds_store_has(m->store, (enum pbnds_split)split, about->index)
-            ? PBNDS_OK
-            : import_picture(m, about, (enum pbnds_split)split, &reason);
+        import_missing(m, about, (enum pbnds_split)split, &reason);
     if (pbnds_stop_requested()) return pbnds_fail_interrupted(error);
     if (status == PBNDS_OK) {
         ++m->result->count[split];
@@ -346,7 +362,8 @@ static enum pbnds_status import_all(struct importer *m, struct pbnds_error *erro
     const enum pbnds_status told = write_report(m, status == PBNDS_OK ? error : NULL);
     if (status != PBNDS_OK) return status;
     PBNDS_TRY(told);
-    if (imported(m) > 0) return PBNDS_OK;
+    bool complete;
+    if (imported(m) > 0) return pbnds_store_finish(m->store, true, &complete, error);
     pbnds_store_abandon(m->store);
     const cJSON *first = m->left_out->child;
     const cJSON *reason = first ? cJSON_GetObjectItem(first, "reason") : NULL;
@@ -360,11 +377,16 @@ static enum pbnds_status open_store(struct importer *m, struct pbnds_error *erro
 {
     struct pbnds_dataset_recipe recipe;
     pbnds_dataset_recipe_init(&recipe); /* folders */
+    int last = 0;
+    for (int i = 0; i < m->layout.count; ++i) {
+        if (m->layout.pictures[i].index > last) last = m->layout.pictures[i].index;
+    }
+    const int count[PBNDS_SPLIT_COUNT] = {last + 1, last + 1, last + 1};
     cJSON *manifest = manifest_json(m);
     m->left_out = cJSON_CreateArray();
     const enum pbnds_status status =
         manifest && m->left_out
-            ? pbnds_store_open(m->to, &recipe, manifest, &m->store, error)
+            ? pbnds_store_open(m->to, &recipe, count, manifest, &m->store, error)
             : pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", m->to);
     cJSON_Delete(manifest);
     return status;
