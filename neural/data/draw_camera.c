@@ -242,6 +242,7 @@ static bool stands_well(const struct stage *stage, const struct pbnds_shot *shot
         pbnds_look_around(stage->scene, stage->accel, eye_of(&shot->camera));
     if (!(around.nearest > 0.04f * shot->focus)) return false;
     if (!strict) return true;
+    if (eye_of(&shot->camera).y < stage->subjects->ground) return false;
     if (shot->kind == PBNDS_SHOT_ROOM && around.front < PBNDS_SURROUNDING_RAYS / 2)
         return false;
     return !pbnds_is_inside(&around);
@@ -249,12 +250,14 @@ static bool stands_well(const struct stage *stage, const struct pbnds_shot *shot
 
 /* What is too near to be anything but an obstacle, too far for one picture, too much of
  * one thing. Shares are of the picture. */
-static bool sees_well(const struct pbnds_shot *shot, const struct pbnds_probe *p,
-                      bool strict)
+static bool sees_well(const struct stage *stage, const struct pbnds_shot *shot,
+                      const struct pbnds_probe *p, bool strict)
 {
     if (p->covered < 0.15f || (p->flat && p->covered > 0.85f)) return false;
     if (!(p->nearest > 0.1f * shot->focus)) return false;
     if (!strict) return true;
+    const float dark = shot->kind == PBNDS_SHOT_ROOM ? 0.12f : 0.08f;
+    if (p->open < dark && stage->scene->light_count == 0) return false;
     if (p->flat || p->back > 0.35f * p->covered || p->farthest > 2000.0f * p->nearest)
         return false;
     switch (shot->kind) {
@@ -281,7 +284,7 @@ static bool is_good(const struct stage *stage, const struct pbnds_shot *shot,
     struct pbnds_probe probe;
     pbnds_probe(stage->scene, stage->accel, stage->subjects, &shot->camera,
                 shot->object, stage->aspect, &probe);
-    return sees_well(shot, &probe, strict);
+    return sees_well(stage, shot, &probe, strict);
 }
 
 /* The last attempts ask for less: there are scenes of one sheet, or that are inside out. */
@@ -290,8 +293,9 @@ bool pbnds_draw_camera(const struct pbnds_scene *scene, const struct pbnds_accel
                        struct pbnds_rng *rng, struct pbnds_shot *shot)
 {
     const struct pbnds_subject *whole = &subjects->items[0];
-    const struct stage stage = {scene, accel, subjects, aspect,
-                                0.5f * pbnds_length(pbnds_sub(whole->hi, whole->lo))};
+    const struct stage stage = {
+        scene, accel, subjects, aspect,
+        .radius = 0.5f * pbnds_length(pbnds_sub(whole->hi, whole->lo))};
     if (scene->mesh_count < 1) return false;
     for (int attempt = 0; attempt < ATTEMPTS; ++attempt) {
         draw_shot(&stage, rng, shot);

@@ -20,7 +20,7 @@ static enum pbnds_status load_env(const struct pbnds_dataset_recipe *recipe,
                                  error);
     }
     struct pbnds_image sky;
-    PBNDS_TRY(pbnds_image_init(&sky, 2 * WIDTH, 2 * HEIGHT, 3, error));
+    PBNDS_TRY(pbnds_image_init(&sky, WIDTH, HEIGHT, 3, error));
     pbnds_sky_generate(recipe->world_seed, asset->number, sky.width, sky.height,
                        sky.data);
     const enum pbnds_status status =
@@ -119,6 +119,12 @@ struct choices {
     float yaw[2], t, exposure, darker, axis, angle;
 };
 
+/* Whole texels: procedural maps, made at the size of the light, stay as sharp. */
+static float draw_yaw(struct pbnds_rng *rng)
+{
+    return 360.0f / WIDTH * (float)pbnds_draw_below(rng, WIDTH);
+}
+
 static struct choices draw_choices(const struct pbnds_dataset_recipe *recipe,
                                    const struct pbnds_asset_list *envs,
                                    enum pbnds_split split, struct pbnds_rng *rng)
@@ -130,8 +136,8 @@ static struct choices draw_choices(const struct pbnds_dataset_recipe *recipe,
     c.mixed = pbnds_draw_chance(rng, recipe->mix_lights);
     c.dark = pbnds_draw_chance(rng, recipe->dark_lights);
     c.tilted = pbnds_draw_chance(rng, TILTED_SHARE);
-    c.yaw[0] = pbnds_draw_uniform(rng, 0.0f, 360.0f);
-    c.yaw[1] = pbnds_draw_uniform(rng, 0.0f, 360.0f);
+    c.yaw[0] = draw_yaw(rng);
+    c.yaw[1] = draw_yaw(rng);
     c.t = pbnds_rng_float(rng);
     c.exposure = pbnds_rng_float(rng);
     c.darker = pbnds_draw_uniform(rng, 4.0f, 7.0f);
@@ -181,7 +187,7 @@ enum pbnds_status pbnds_draw_light(const struct pbnds_dataset_recipe *recipe,
     const struct choices c = draw_choices(recipe, envs, draw->split, rng);
     PBNDS_TRY(c.hard ? make_lamps(rng, draw, error)
                      : make_map(recipe, &c, draw, error));
-    const float ev = (c.hard ? -4.0f + 3.5f * c.exposure : -2.0f + 3.0f * c.exposure) -
+    const float ev = (c.hard ? -3.0f + 3.0f * c.exposure : -2.0f + 3.0f * c.exposure) -
                      (c.dark ? c.darker : 0.0f);
     scale_image(&draw->light, exp2f(ev));
     draw->strength *= exp2f(ev);

@@ -7,8 +7,7 @@
  * M1, M2: light maps of the split, or hard lights (draw_lamps.h), each turned by a yaw of
  * its own and scaled to the mean luminance 1 over the sphere; t is 0 but for the recipe's
  * mix_lights. A few are tilted about a horizontal axis as well. ev is uniform in [-2, 1];
- * in [-4, -0.5] for hard lights, which leave less of their light to the shadows; 4 to 7
- * less in the recipe's dark_lights. So 2^ev is the mean luminance of what lights the scene.
+ * in [-3, 0] for hard lights, which have all of it in one direction; 4 to 7 less in the recipe's dark_lights. So 2^ev is the mean luminance of what lights the scene.
  */
 #ifndef PBNDS_NEURAL_DATA_DRAW_LIGHT_H
 #define PBNDS_NEURAL_DATA_DRAW_LIGHT_H

@@ -1,12 +1,46 @@
 #include "neural/data/draw_probe.h"
 
-enum { ROWS = 32, MOST_COLUMNS = 64 };
+enum { ROWS = 32, MOST_COLUMNS = 64, SKY_STEP = 4 };
 
-/* Sums over the pixels. */
+/* Sums over the pixels, and the rays to the sky that are not yet asked. */
 struct count {
     int covered, back, subject, edge, subject_at_edge;
     struct pbnds_vec3 normals;
+    struct pbnds_ray sky[PBNDS_PACKET];
+    int waiting, asked, reached;
 };
+
+static bool is_lamp(const struct pbnds_scene *scene, const struct pbnds_hit *hit)
+{
+    const struct pbnds_material *m =
+        &scene->materials[scene->meshes[hit->mesh].material];
+    return !m->unlit && pbnds_max3(m->emissive) > 0.5f;
+}
+
+static void ask_sky(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
+                    struct count *count)
+{
+    struct pbnds_hit hits[PBNDS_PACKET];
+    pbnds_accel_intersect_packet(accel, count->sky, count->waiting, hits);
+    for (int i = 0; i < count->waiting; ++i)
+        count->reached += hits[i].mesh == UINT32_MAX || is_lamp(scene, &hits[i]);
+    count->asked += count->waiting;
+    count->waiting = 0;
+}
+
+/* Cosine distributed: the normal plus a point of the unit sphere, of the sequence of
+ * multiples of the golden ratio. */
+static struct pbnds_vec3 sky_direction(struct pbnds_vec3 n, int i)
+{
+    const float y = 1.0f - 2.0f * ((float)(i % 61) + 0.5f) / 61.0f;
+    const float turn = 0.61803399f * (float)i;
+    const float azimuth = 2.0f * PBNDS_PI * (turn - floorf(turn));
+    const float r = sqrtf(1.0f - y * y);
+    const struct pbnds_vec3 d = {n.x + r * cosf(azimuth), n.y + y,
+                                 n.z + r * sinf(azimuth)};
+    const float length = pbnds_length(d);
+    return length > 1e-3f ? pbnds_scale(d, 1.0f / length) : n;
+}
 
 static bool is_subject(const struct pbnds_subjects *subjects, uint32_t object,
                        uint32_t seen)
@@ -15,12 +49,12 @@ static bool is_subject(const struct pbnds_subjects *subjects, uint32_t object,
     return seen >= (uint32_t)subjects->backdrop_size || !subjects->backdrop[seen];
 }
 
-static void count_hit(const struct pbnds_scene *scene, struct pbnds_vec3 direction,
-                      const struct pbnds_hit *hit, struct count *count,
-                      struct pbnds_probe *probe)
+static void count_hit(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
+                      const struct pbnds_ray *ray, const struct pbnds_hit *hit,
+                      struct count *count, struct pbnds_probe *probe)
 {
     struct pbnds_vec3 n = pbnds_hit_normal(scene, hit);
-    if (pbnds_dot(n, direction) > 0.0f) {
+    if (pbnds_dot(n, ray->direction) > 0.0f) {
         ++count->back;
         n = pbnds_scale(n, -1.0f);
     }
@@ -28,6 +62,11 @@ static void count_hit(const struct pbnds_scene *scene, struct pbnds_vec3 directi
     count->normals = pbnds_add(count->normals, n);
     probe->nearest = fminf(probe->nearest, hit->t);
     probe->farthest = fmaxf(probe->farthest, hit->t);
+    if (count->covered % SKY_STEP != 0) return;
+    const struct pbnds_vec3 p = pbnds_mad(ray->origin, ray->direction, hit->t);
+    count->sky[count->waiting++] = (struct pbnds_ray){
+        pbnds_offset_origin(p, n), sky_direction(n, count->covered / SKY_STEP)};
+    if (count->waiting == PBNDS_PACKET) ask_sky(scene, accel, count);
 }
 
 void pbnds_probe(const struct pbnds_scene *scene, const struct pbnds_accel *accel,
@@ -54,7 +93,7 @@ void pbnds_probe(const struct pbnds_scene *scene, const struct pbnds_accel *acce
             const bool edge = x == 0 || y == 0 || x == columns - 1 || y == ROWS - 1;
             count.edge += edge;
             if (hits[i].mesh == UINT32_MAX) continue;
-            count_hit(scene, rays[i].direction, &hits[i], &count, probe);
+            count_hit(scene, accel, &rays[i], &hits[i], &count, probe);
             if (x == columns / 2 && y == ROWS / 2) probe->centre = hits[i].t;
             if (!is_subject(subjects, object, scene->meshes[hits[i].mesh].object_id))
                 continue;
@@ -62,7 +101,9 @@ void pbnds_probe(const struct pbnds_scene *scene, const struct pbnds_accel *acce
             count.subject_at_edge += edge;
         }
     }
+    if (count.waiting > 0) ask_sky(scene, accel, &count);
     const float pixels = (float)(columns * ROWS);
+    probe->open = count.asked > 0 ? (float)count.reached / (float)count.asked : 1.0f;
     probe->covered = (float)count.covered / pixels;
     probe->back = (float)count.back / pixels;
     probe->subject = (float)count.subject / pixels;

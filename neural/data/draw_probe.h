@@ -18,6 +18,8 @@ struct pbnds_probe {
     float nearest, farthest; /**< of hits; INFINITY and 0 where there are none      */
     float centre;            /**< of the ray through the middle, INFINITY: nothing  */
     bool flat;               /**< all faces look the same way                       */
+    float open;              /**< share of the rays that leave what is hit, cosine
+                                  distributed, that reach the sky or a lamp         */
 };
 
 /** `object` is what the picture is about; UINT32_MAX: all but backdrops. */

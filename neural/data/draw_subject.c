@@ -158,12 +158,18 @@ static void list_objects(const struct pbnds_scene *scene, const struct box *boxe
     for (int i = 0; i < scene->object_count; ++i) {
         if (is_empty(&boxes[i])) continue;
         s->backdrop[i] = is_backdrop(&boxes[i], scene);
-        if (!s->backdrop[i]) include(&whole, &boxes[i]);
+        if (!s->backdrop[i]) {
+            include(&whole, &boxes[i]);
+        } else if (extent_of(&boxes[i]).y <= least3(extent_of(&boxes[i]))) {
+            s->ground = fmaxf(s->ground, boxes[i].hi.y);
+        }
     }
     if (is_empty(&whole)) { /* nothing but grounds and walls */
         whole = (struct box){scene->lo, scene->hi};
         memset(s->backdrop, 0, (size_t)s->backdrop_size * sizeof *s->backdrop);
     }
+    if (s->ground > whole.lo.y + 0.5f * extent_of(&whole).y)
+        s->ground = -INFINITY; /* a ceiling */
     s->items[s->count++] = (struct pbnds_subject){whole.lo, whole.hi, UINT32_MAX};
     for (int i = 0; i < scene->object_count; ++i) {
         if (is_empty(&boxes[i]) || s->backdrop[i]) continue;
@@ -177,7 +183,8 @@ bool pbnds_subjects_find(const struct pbnds_scene *scene,
                          const struct pbnds_accel *accel, struct pbnds_subjects *s)
 {
     const size_t objects = (size_t)scene->object_count;
-    *s = (struct pbnds_subjects){.backdrop_size = scene->object_count};
+    *s = (struct pbnds_subjects){.backdrop_size = scene->object_count,
+                                 .ground = -INFINITY};
     struct box *boxes = malloc((objects + 1) * sizeof *boxes);
     s->items = malloc((objects + 1) * sizeof *s->items);
     s->backdrop = calloc(objects + 1, sizeof *s->backdrop);
@@ -195,7 +202,7 @@ bool pbnds_subjects_find(const struct pbnds_scene *scene,
     list_objects(scene, boxes, s);
     free(boxes);
     s->upright = is_upright(s);
-    s->room = is_room(scene, accel);
+    s->room = !s->upright && is_room(scene, accel); /* not a vase */
     return true;
 }
 

@@ -1,7 +1,8 @@
 /**
  * @file draw_subject.h
  * What there is to look at in a scene: all of it, and each of its objects but those that
- * are grounds and walls. Found from bounds and a few rays, of any glTF file.
+ * are grounds and walls. Found from bounds and a few rays, of any glTF file whose
+ * materials were made double sided: back faces must be seen to tell inside from outside.
  */
 #ifndef PBNDS_NEURAL_DATA_DRAW_SUBJECT_H
 #define PBNDS_NEURAL_DATA_DRAW_SUBJECT_H
@@ -22,7 +23,8 @@ struct pbnds_subjects {
     int backdrop_size; /**< objects                                                  */
     bool upright;      /**< one thing, as tall as it is wide and not flat: it may be a
                             head or a figure, which by custom faces +z               */
-    bool room;         /**< closed: light comes in through nothing or through gaps   */
+    float ground; /**< height of a ground, -INFINITY: none                           */
+    bool room;    /**< closed: light comes in through nothing or through gaps   */
 };
 
 #ifdef __cplusplus
