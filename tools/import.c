@@ -145,6 +145,11 @@ static enum pbnds_status run(const struct tool_options *options,
         return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
                           "import: '%s' is not one of blender, images, ffhq-pbr", kind);
     }
+    if (options->format || options->per_tar) {
+        return pbnds_fail(
+            error, PBNDS_ERROR_ARGUMENT,
+            "import %s: makes no data set; leave out --format and --per-tar", kind);
+    }
     struct stat info;
     if (blender && stat(from, &info) == 0 && S_ISDIR(info.st_mode))
         return import_folder(options, from, error);

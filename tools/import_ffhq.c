@@ -15,7 +15,9 @@ enum pbnds_status tool_import_ffhq(const struct tool_options *options,
             "import ffhq-pbr: the frame is the camera's; leave out --look");
     }
     const struct pbnds_ffhq_options how = {
-        .yfov = options->fov > 0.0 ? (float)options->fov * PBNDS_PI / 180.0f : 0.0f};
+        .yfov = options->fov > 0.0 ? (float)options->fov * PBNDS_PI / 180.0f : 0.0f,
+        .format = (enum pbnds_dataset_format)options->format,
+        .per_tar = options->per_tar};
     struct pbnds_ffhq_result result;
     PBNDS_TRY(pbnds_import_ffhq(options->inputs[1], options->output, &how,
                                 tool_report(), &result, error));

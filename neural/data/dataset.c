@@ -232,7 +232,7 @@ static enum pbnds_status make_all(struct maker *m, struct pbnds_error *error)
         return pbnds_fail(error, sum->status, "no sample could be made; the first: %s",
                           sum->reason);
     }
-    PBNDS_TRY(pbnds_store_finish(m->store, false, &sum->complete, error));
+    PBNDS_TRY(pbnds_store_finish(m->store, &sum->complete, error));
     if (sum->complete) PBNDS_TRY(pbnds_dataset_hash(m->dir, sum->hash, error));
     if (!m->fault.message[0]) return PBNDS_OK;
     return pbnds_fail(

@@ -139,8 +139,6 @@ static enum pbnds_status read_splits(struct pbnds_ffhq_layout *layout,
         size_t size;
         PBNDS_TRY(pbnds_file_read(path, LIST_BYTES_MAX, &bytes, &size, error));
         layout->has_splits = true;
-        layout->splits_hash =
-            XXH64(bytes, size, layout->splits_hash + (uint64_t)s + 1u);
         const enum pbnds_status status = pbnds_picture_list_lines(
             &layout->splits, bytes, size, (double)s, path, error);
         free(bytes);
@@ -149,6 +147,39 @@ static enum pbnds_status read_splits(struct pbnds_ffhq_layout *layout,
     char names[1400];
     (void)snprintf(names, sizeof names, "%s/{train,val,test}.txt", layout->dir);
     return pbnds_picture_list_sort(&layout->splits, names, error);
+}
+
+static int split_of(const struct pbnds_ffhq_layout *layout,
+                    const struct pbnds_ffhq_picture *picture)
+{
+    if (picture->index < 0) return -1;
+    if (!layout->has_splits) return (int)pbnds_split_of_name(picture->id);
+    const double found = pbnds_picture_list_find(&layout->splits, picture->index);
+    return isnan(found) ? -1 : (int)found;
+}
+
+/* What the pictures are called in the data set, and what makes it another one. */
+static enum pbnds_status number_pictures(struct pbnds_ffhq_layout *layout,
+                                         struct pbnds_error *error)
+{
+    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s) {
+        layout->in_split[s] =
+            calloc((size_t)layout->count + 1u, sizeof *layout->in_split[s]);
+        if (!layout->in_split[s])
+            return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for its list",
+                              layout->dir);
+    }
+    for (int i = 0; i < layout->count; ++i) {
+        struct pbnds_ffhq_picture *p = &layout->pictures[i];
+        p->split = split_of(layout, p);
+        if (p->split < 0) continue;
+        p->number = layout->split_count[p->split]++;
+        layout->in_split[p->split][p->number] = p;
+        layout->hash = XXH64(p->id, strlen(p->id) + 1, layout->hash);
+        layout->hash =
+            XXH64(p->folder, strlen(p->folder) + 1, layout->hash + (uint64_t)p->split);
+    }
+    return PBNDS_OK;
 }
 
 static enum pbnds_status read_all(struct pbnds_ffhq_layout *layout,
@@ -175,7 +206,8 @@ static enum pbnds_status read_all(struct pbnds_ffhq_layout *layout,
     PBNDS_TRY(list_folder(layout, "", true, error));
     sort_pictures(layout);
     PBNDS_TRY(read_fov(layout, error));
-    return read_splits(layout, error);
+    PBNDS_TRY(read_splits(layout, error));
+    return number_pictures(layout, error);
 }
 
 enum pbnds_status pbnds_ffhq_layout_read(const char *dir,
@@ -191,6 +223,8 @@ enum pbnds_status pbnds_ffhq_layout_read(const char *dir,
 void pbnds_ffhq_layout_free(struct pbnds_ffhq_layout *layout)
 {
     free(layout->pictures);
+    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s)
+        free(layout->in_split[s]);
     pbnds_picture_list_free(&layout->fov);
     pbnds_picture_list_free(&layout->splits);
     *layout = (struct pbnds_ffhq_layout){.dir = NULL};
@@ -236,12 +270,4 @@ enum pbnds_status pbnds_ffhq_paths_of(const struct pbnds_ffhq_layout *layout,
     (void)snprintf(paths->light, sizeof paths->light, "%s/hdri/%s%shdri_%s.exr", dir,
                    folder, slash, id);
     return check_there(paths->light, error);
-}
-
-int pbnds_ffhq_split_of(const struct pbnds_ffhq_layout *layout,
-                        const struct pbnds_ffhq_picture *picture)
-{
-    if (!layout->has_splits) return (int)pbnds_split_of_name(picture->id);
-    const double found = pbnds_picture_list_find(&layout->splits, picture->index);
-    return isnan(found) ? -1 : (int)found;
 }

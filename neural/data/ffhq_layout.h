@@ -9,6 +9,9 @@
  *     DIR/pred_fov.json                            {"ID": horizontal degrees, ...}
  *     DIR/train.txt, val.txt, test.txt             one ID a line; ours, optional
  *
+ * Split by these files where there are any (a picture in none of them is in no split),
+ * else by the hash of the ID, as other data sets are split.
+ *
  * SUB is any folder (FFHQ-PBR: by thousands, 05000/05030.png) or none; ID is a number.
  */
 #ifndef PBNDS_NEURAL_DATA_FFHQ_LAYOUT_H
@@ -22,8 +25,10 @@
 #include "neural/data/recipe.h"
 
 struct pbnds_ffhq_picture {
-    int index;        /**< ID as a number; -1: its name is none, or another's too    */
-    char id[64];      /**< as the files are named                                    */
+    int index;   /**< ID as a number; -1: its name is none, or another's too    */
+    int split;   /**< enum pbnds_split; -1: none, as index < 0 or split files say */
+    int number;  /**< among the pictures of its split, in order of index        */
+    char id[64]; /**< as the files are named                                    */
     char folder[128]; /**< SUB, or ""                                                */
 };
 
@@ -31,10 +36,13 @@ struct pbnds_ffhq_layout {
     const char *dir;                     /**< borrowed                               */
     struct pbnds_ffhq_picture *pictures; /**< in order of index, owned               */
     int count;
+    int split_count[PBNDS_SPLIT_COUNT]; /**< pictures of each split               */
+    const struct pbnds_ffhq_picture *
+        *in_split[PBNDS_SPLIT_COUNT]; /**< by number, owned */
+    uint64_t hash;                    /**< of the IDs, their folders and splits */
     struct pbnds_picture_list fov;    /**< degrees; empty where there is no such file */
     struct pbnds_picture_list splits; /**< enum pbnds_split                          */
     bool has_splits;                  /**< are there split files?                    */
-    uint64_t splits_hash;             /**< of their text                             */
 };
 
 /** Files of one picture. */
@@ -60,11 +68,6 @@ enum pbnds_status pbnds_ffhq_paths_of(const struct pbnds_ffhq_layout *layout,
                                       const struct pbnds_ffhq_picture *picture,
                                       struct pbnds_ffhq_paths *paths,
                                       struct pbnds_error *error) PBNDS_NODISCARD;
-
-/** By the split files where there are such (-1: it is in none of them), else by the hash
- *  of the ID, as other data sets are split. */
-int pbnds_ffhq_split_of(const struct pbnds_ffhq_layout *layout,
-                        const struct pbnds_ffhq_picture *picture);
 
 #ifdef __cplusplus
 }

@@ -22,15 +22,13 @@ struct importer {
     struct pbnds_ffhq_result *result;
     struct pbnds_ffhq_layout layout;
     struct pbnds_store *store;
-    cJSON *left_out; /* {id, reason} each */
-    /* Files of the data set are being written: its errors are not a picture's. */
-    bool writing;
+    cJSON *left_out; /* {id, folder, reason} each */
+    int done, total; /* pictures that have a split */
 };
 
 /* One picture on its way into the data set. */
 struct picture {
     const struct pbnds_ffhq_picture *about;
-    enum pbnds_split split;
     struct pbnds_ffhq_paths paths;
     struct pbnds_import_options options;
     struct pbnds_gbuffer gbuffer;
@@ -161,8 +159,9 @@ static cJSON *sample_json(const struct picture *p)
     char light[80];
     (void)snprintf(light, sizeof light, "hdri_%s", p->about->id);
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddNumberToObject(json, "id", p->about->index);
-    cJSON_AddStringToObject(json, "split", pbnds_split_name(p->split));
+    cJSON_AddNumberToObject(json, "id", p->about->number);
+    cJSON_AddStringToObject(json, "split",
+                            pbnds_split_name((enum pbnds_split)p->about->split));
     cJSON_AddStringToObject(json, "asset", p->about->id);
     cJSON_AddStringToObject(json, "folder", p->about->folder);
     cJSON_AddStringToObject(json, "light", light);
@@ -193,21 +192,27 @@ static void base_name(const char *dir, char *name, size_t size)
     (void)snprintf(name, size, "%.*s", (int)(end - begin), dir + begin);
 }
 
-static cJSON *manifest_json(const struct importer *m)
+static cJSON *claim_json(const struct importer *m,
+                         const struct pbnds_dataset_recipe *recipe)
 {
     char name[256], hash[24];
     base_name(m->layout.dir, name, sizeof name);
     cJSON *json = cJSON_CreateObject();
     cJSON_AddNumberToObject(json, "format", 2);
     cJSON_AddStringToObject(json, "kind", "import ffhq-pbr");
+    if (recipe->format == PBNDS_DATASET_TAR)
+        cJSON_AddNumberToObject(json, "per_tar", recipe->per_tar);
     cJSON_AddStringToObject(json, "source", name);
-    if (m->layout.has_splits) {
-        (void)snprintf(hash, sizeof hash, "%016" PRIx64, m->layout.splits_hash);
-        cJSON_AddStringToObject(json, "splits", "train.txt, val.txt, test.txt");
-        cJSON_AddStringToObject(json, "splits_xxh64", hash);
-    } else {
-        cJSON_AddStringToObject(json, "splits", "80 / 10 / 10 by the hash of the ID");
-    }
+    (void)snprintf(hash, sizeof hash, "%016" PRIx64, m->layout.hash);
+    cJSON *pictures = cJSON_AddObjectToObject(json, "count");
+    for (int k = 0; k < PBNDS_SPLIT_COUNT; ++k)
+        cJSON_AddNumberToObject(pictures, pbnds_split_name((enum pbnds_split)k),
+                                m->layout.split_count[k]);
+    cJSON_AddStringToObject(json, "pictures_xxh64", hash);
+    cJSON_AddStringToObject(json, "splits",
+                            m->layout.has_splits
+                                ? "train.txt, val.txt, test.txt"
+                                : "80 / 10 / 10 by the hash of the ID");
     cJSON_AddStringToObject(json, "identities",
                             "unknown: one person may be in two splits");
     cJSON_AddStringToObject(json, "direct", "absent");
@@ -237,48 +242,6 @@ static enum pbnds_status write_picture(const struct picture *p, const char *fold
     return status;
 }
 
-static enum pbnds_status import_picture(struct importer *m,
-                                        const struct pbnds_ffhq_picture *about,
-                                        enum pbnds_split split,
-                                        struct pbnds_error *error)
-{
-    struct picture *p = calloc(1, sizeof *p);
-    if (!p) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", about->id);
-    p->about = about;
-    p->split = split;
-    enum pbnds_status status = load_picture(m, p, error);
-    if (status == PBNDS_OK) {
-        const char *folder;
-        m->writing = true;
-        status = pbnds_store_begin(m->store, about->index, &folder, error);
-        if (status == PBNDS_OK) {
-            status = write_picture(p, folder, error);
-            if (status == PBNDS_OK) status = pbnds_store_commit(m->store, error);
-            if (status != PBNDS_OK) pbnds_store_abort(m->store);
-        }
-    }
-    free_picture(p);
-    return status;
-}
-
-/* Imports it unless it is there, or another process is at it. */
-static enum pbnds_status import_missing(struct importer *m,
-                                        const struct pbnds_ffhq_picture *about,
-                                        enum pbnds_split split,
-                                        struct pbnds_error *error)
-{
-    bool busy;
-    const int unit = pbnds_store_unit_of(m->store, split, about->index);
-    PBNDS_TRY(pbnds_store_enter(m->store, unit, &busy, error));
-    if (busy) return PBNDS_OK;
-    enum pbnds_status status = PBNDS_OK;
-    if (pbnds_store_state(m->store, about->index) != PBNDS_STORE_THERE)
-        status = import_picture(m, about, split, error);
-    const enum pbnds_status left =
-        pbnds_store_leave(m->store, status == PBNDS_OK ? error : NULL);
-    return status == PBNDS_OK ? left : status;
-}
-
 static void leave_out(struct importer *m, const struct pbnds_ffhq_picture *about,
                       const char *reason)
 {
@@ -294,33 +257,71 @@ static void leave_out(struct importer *m, const struct pbnds_ffhq_picture *about
         pbnds_warn(m->report, "more are left out; %s/import.json lists all", m->to);
 }
 
-static enum pbnds_status import_one(struct importer *m,
-                                    const struct pbnds_ffhq_picture *about,
-                                    struct pbnds_error *error)
+/* Pictures that belong to no split. */
+static void leave_out_strangers(struct importer *m)
 {
-    if (about->index < 0) {
-        leave_out(m, about, "its name is no number, or that of another picture");
-        return PBNDS_OK;
+    for (int i = 0; i < m->layout.count; ++i) {
+        const struct pbnds_ffhq_picture *p = &m->layout.pictures[i];
+        if (p->index < 0) {
+            leave_out(m, p, "its name is no number, or that of another picture");
+        } else if (p->split < 0) {
+            leave_out(m, p, "it is in none of train.txt, val.txt and test.txt");
+        }
     }
-    const int split = pbnds_ffhq_split_of(&m->layout, about);
-    if (split < 0) {
-        leave_out(m, about, "it is in none of train.txt, val.txt and test.txt");
-        return PBNDS_OK;
-    }
+}
+
+/* Errors are those of writing: a full disk, on which the next one would not fit either. A
+ * picture that cannot be read is quarantined, and tried again by the next run. */
+static enum pbnds_status import_picture(struct importer *m,
+                                        const struct pbnds_ffhq_picture *about,
+                                        struct pbnds_error *error)
+{
+    struct picture *p = calloc(1, sizeof *p);
+    if (!p) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", about->id);
+    p->about = about;
+    const char *folder;
     struct pbnds_error reason = {{0}};
-    m->writing = false;
-    const enum pbnds_status status =
-        import_missing(m, about, (enum pbnds_split)split, &reason);
-    if (pbnds_stop_requested()) return pbnds_fail_interrupted(error);
-    if (status == PBNDS_OK) {
-        ++m->result->count[split];
-    } else if (m->writing) { /* a full disk: the next one would not fit either */
-        if (error) *error = reason;
-        return status;
-    } else {
+    enum pbnds_status status =
+        pbnds_store_begin(m->store, about->number, &folder, error);
+    if (status == PBNDS_OK && load_picture(m, p, &reason) == PBNDS_OK) {
+        const bool sync = pbnds_file_set_sync(false); /* commit does it, once */
+        status = write_picture(p, folder, error);
+        if (status == PBNDS_OK) status = pbnds_store_commit(m->store, error);
+        (void)pbnds_file_set_sync(sync);
+        if (status == PBNDS_OK) ++m->result->count[about->split];
+    } else if (status == PBNDS_OK && pbnds_stop_requested()) {
+        status = pbnds_fail_interrupted(error); /* which may be all that went wrong */
+    } else if (status == PBNDS_OK) {
         leave_out(m, about, reason.message);
+        status = pbnds_store_quarantine(m->store, reason.message, error);
     }
-    return PBNDS_OK;
+    if (status != PBNDS_OK) pbnds_store_abort(m->store);
+    free_picture(p);
+    return status;
+}
+
+static enum pbnds_status import_unit(struct importer *m, int number,
+                                     struct pbnds_error *error)
+{
+    const struct pbnds_store_unit unit = pbnds_store_unit(m->store, number);
+    bool busy;
+    PBNDS_TRY(pbnds_store_enter(m->store, number, &busy, error));
+    if (busy) return PBNDS_OK; /* another process imports the same */
+    enum pbnds_status status = PBNDS_OK;
+    for (int i = unit.first; i < unit.end && status == PBNDS_OK; ++i, ++m->done) {
+        const struct pbnds_ffhq_picture *about = m->layout.in_split[unit.split][i];
+        pbnds_progress(m->report, "import", m->done, m->total);
+        if (pbnds_stop_requested()) {
+            status = pbnds_fail_interrupted(error);
+        } else if (pbnds_store_state(m->store, i) == PBNDS_STORE_THERE) {
+            ++m->result->count[unit.split];
+        } else {
+            status = import_picture(m, about, error);
+        }
+    }
+    const enum pbnds_status left =
+        pbnds_store_leave(m->store, status == PBNDS_OK ? error : NULL);
+    return status == PBNDS_OK ? left : status;
 }
 
 static int imported(const struct importer *m)
@@ -351,19 +352,18 @@ static enum pbnds_status write_report(const struct importer *m,
 
 static enum pbnds_status import_all(struct importer *m, struct pbnds_error *error)
 {
-    const int count = m->layout.count;
+    const int units = pbnds_store_units(m->store);
     enum pbnds_status status = PBNDS_OK;
-    for (int i = 0; i < count && status == PBNDS_OK; ++i) {
-        pbnds_progress(m->report, "import", i, count);
-        status = import_one(m, &m->layout.pictures[i], error);
-    }
-    if (status == PBNDS_OK) pbnds_progress(m->report, "import", count, count);
+    leave_out_strangers(m);
+    for (int n = 0; n < units && status == PBNDS_OK; ++n)
+        status = import_unit(m, n, error);
+    if (status == PBNDS_OK) pbnds_progress(m->report, "import", m->total, m->total);
     /* A run that was stopped tells what it left out so far, too. */
     const enum pbnds_status told = write_report(m, status == PBNDS_OK ? error : NULL);
     if (status != PBNDS_OK) return status;
     PBNDS_TRY(told);
     bool complete;
-    if (imported(m) > 0) return pbnds_store_finish(m->store, true, &complete, error);
+    if (imported(m) > 0) return pbnds_store_finish(m->store, &complete, error);
     pbnds_store_abandon(m->store);
     const cJSON *first = m->left_out->child;
     const cJSON *reason = first ? cJSON_GetObjectItem(first, "reason") : NULL;
@@ -376,19 +376,19 @@ static enum pbnds_status import_all(struct importer *m, struct pbnds_error *erro
 static enum pbnds_status open_store(struct importer *m, struct pbnds_error *error)
 {
     struct pbnds_dataset_recipe recipe;
-    pbnds_dataset_recipe_init(&recipe); /* folders */
-    int last = 0;
-    for (int i = 0; i < m->layout.count; ++i) {
-        if (m->layout.pictures[i].index > last) last = m->layout.pictures[i].index;
-    }
-    const int count[PBNDS_SPLIT_COUNT] = {last + 1, last + 1, last + 1};
-    cJSON *manifest = manifest_json(m);
+    pbnds_dataset_recipe_init(&recipe);
+    recipe.format = m->options->format;
+    if (m->options->per_tar > 0) recipe.per_tar = m->options->per_tar;
+    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s)
+        m->total += m->layout.split_count[s];
+    cJSON *claim = claim_json(m, &recipe);
     m->left_out = cJSON_CreateArray();
     const enum pbnds_status status =
-        manifest && m->left_out
-            ? pbnds_store_open(m->to, &recipe, count, manifest, &m->store, error)
+        claim && m->left_out
+            ? pbnds_store_open(m->to, &recipe, m->layout.split_count, claim, &m->store,
+                               error)
             : pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory", m->to);
-    cJSON_Delete(manifest);
+    cJSON_Delete(claim);
     return status;
 }
 

@@ -19,7 +19,8 @@
  *   hit, and sample.json says which of `as given`, `constant`, `missing` it is.
  *
  * Splits: ffhq_layout.h. Nothing says who is in a picture, so that one person may be in
- * two splits. Samples are numbered by the picture's ID.
+ * two splits. Samples are numbered within their split in the order of the IDs; sample.json
+ * says the ID. A folder whose pictures or splits changed makes another data set.
  */
 #ifndef PBNDS_NEURAL_DATA_IMPORT_FFHQ_H
 #define PBNDS_NEURAL_DATA_IMPORT_FFHQ_H
@@ -31,6 +32,8 @@ struct pbnds_ffhq_options {
     float
         yfov; /**< vertical field of view, radians, of pictures that pred_fov.json gives
                      none from 1 to 170 degrees; 0: these are left out              */
+    enum pbnds_dataset_format format;
+    int per_tar; /**< samples of a tar; 0: the default                              */
 };
 
 struct pbnds_ffhq_result {
@@ -44,7 +47,8 @@ extern "C" {
 
 /** Makes the data set `to` of the folder `from`, or what is missing of it: samples that are
  *  there are kept, so that a run that was stopped goes on where it was. A picture that
- *  lacks a file or has a damaged one is left out; `to`/import.json lists these with their
+ *  lacks a file or has a damaged one is left out (quarantined, store.h, and tried again by
+ *  the next run); `to`/import.json lists these and the pictures in no split with their
  *  reasons, and so do warnings (the first hundred).
  *  Errors: FORMAT where nothing could be imported, IO, ARGUMENT (`to` is another data set),
  *  MEMORY, INTERRUPTED. */

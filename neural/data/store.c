@@ -138,15 +138,6 @@ struct pbnds_store_unit pbnds_store_unit(const struct pbnds_store *store, int nu
     return unit;
 }
 
-int pbnds_store_unit_of(const struct pbnds_store *store, enum pbnds_split split,
-                        int index)
-{
-    int number = index / store->per_unit;
-    for (int s = 0; s < (int)split; ++s)
-        number += units_of(store, s);
-    return number;
-}
-
 /* Bytes of dataset.json that stand for something: 0 for the finish, 1 + n for unit n,
  * length 0 for all from `first` on. False: another process has one of them. Where there are
  * no locks, the shards that were given keep runs apart. */
@@ -409,14 +400,13 @@ static void sample_path(const struct pbnds_store *s, int index,
 }
 
 static enum pbnds_status add_unit(struct pbnds_store *s, int number,
-                                  struct pbnds_manifest *manifest, bool sparse,
-                                  bool *complete, struct pbnds_error *error)
+                                  struct pbnds_manifest *manifest, bool *complete,
+                                  struct pbnds_error *error)
 {
     char path[PBNDS_STORE_PATH_MAX];
     PBNDS_TRY(load_unit(s, number, error));
     for (int i = s->unit.first; i < s->unit.end; ++i) {
         const enum pbnds_store_state state = pbnds_store_state(s, i);
-        if (state == PBNDS_STORE_MISSING && sparse) continue;
         if (state == PBNDS_STORE_MISSING || (s->tars && state == PBNDS_STORE_THERE &&
                                              is_at(s, PBNDS_PLACE_STAGED, i))) {
             *complete = false;
@@ -444,7 +434,7 @@ static void sweep(const struct pbnds_store *s)
     pbnds_store_sweep(s->dir);
 }
 
-static enum pbnds_status finish(struct pbnds_store *store, bool sparse, bool *complete,
+static enum pbnds_status finish(struct pbnds_store *store, bool *complete,
                                 struct pbnds_error *error)
 {
     struct pbnds_manifest *manifest;
@@ -453,7 +443,7 @@ static enum pbnds_status finish(struct pbnds_store *store, bool sparse, bool *co
     const int units = pbnds_store_units(store);
     *complete = true;
     for (int n = 0; n < units && status == PBNDS_OK && *complete; ++n)
-        status = add_unit(store, n, manifest, sparse, complete, error);
+        status = add_unit(store, n, manifest, complete, error);
     if (status == PBNDS_OK && *complete) {
         sweep(store);
         status = pbnds_manifest_write(manifest, store->dir, error);
@@ -463,8 +453,8 @@ static enum pbnds_status finish(struct pbnds_store *store, bool sparse, bool *co
     return status;
 }
 
-enum pbnds_status pbnds_store_finish(struct pbnds_store *store, bool sparse,
-                                     bool *complete, struct pbnds_error *error)
+enum pbnds_status pbnds_store_finish(struct pbnds_store *store, bool *complete,
+                                     struct pbnds_error *error)
 {
     *complete = false;
     enum pbnds_status status = PBNDS_OK;
@@ -472,7 +462,7 @@ enum pbnds_status pbnds_store_finish(struct pbnds_store *store, bool sparse,
      * last one to leave its last unit finds nobody. */
     (void)lock(store, 0, 1, F_WRLCK, true);
     if (lock(store, 1, 0, F_WRLCK, false)) {
-        status = finish(store, sparse, complete, error);
+        status = finish(store, complete, error);
         (void)lock(store, 1, 0, F_UNLCK, false);
     }
     (void)lock(store, 0, 1, F_UNLCK, false);

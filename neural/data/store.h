@@ -63,9 +63,6 @@ void pbnds_store_free(struct pbnds_store *store);
 /** Units, numbered through all splits. */
 int pbnds_store_units(const struct pbnds_store *store);
 struct pbnds_store_unit pbnds_store_unit(const struct pbnds_store *store, int number);
-/** The unit that a sample belongs to. */
-int pbnds_store_unit_of(const struct pbnds_store *store, enum pbnds_split split,
-                        int index);
 
 /** Begins the work on a unit; `busy`: another process is at it, leave it alone. Errors: IO,
  *  FORMAT (its tar is damaged), MEMORY. */
@@ -93,10 +90,8 @@ enum pbnds_status pbnds_store_leave(struct pbnds_store *store,
                                     struct pbnds_error *error) PBNDS_NODISCARD;
 
 /** Where every sample of the data set is there or quarantined: writes the manifest, removes
- *  what kills left; else says that it is not complete. Any number of processes may.
- *  `sparse`: no sample has to be there. */
-enum pbnds_status pbnds_store_finish(struct pbnds_store *store, bool sparse,
-                                     bool *complete,
+ *  what kills left; else says that it is not complete. Any number of processes may. */
+enum pbnds_status pbnds_store_finish(struct pbnds_store *store, bool *complete,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
 /** Nothing was made: the claim goes, since mended assets make another recipe. */
 void pbnds_store_abandon(struct pbnds_store *store);

@@ -53,8 +53,8 @@ facts = json.load(open(sys.argv[1]))
 assert facts["kind"] == "data set" and (facts["train"], facts["val"], facts["test"]) == (8, 2, 2), facts
 assert facts["recipe"]["target"] == "display" and facts["recipe"]["frame"] == "camera"
 PY
-run 0 "$PBNDS" check faces/test/005040/sample.exr
-run 0 "$PBNDS" info faces/test/005040/sample.exr
+run 0 "$PBNDS" check faces/test/000000/sample.exr
+run 0 "$PBNDS" info faces/test/000000/sample.exr
 check grep -q "pbnds:target: display" stdout
 find faces -name 'sample.*' -o -name 'light.*' | sort | xargs md5sum >before
 run 0 "$PBNDS" import ffhq-pbr set -o faces --json
@@ -74,6 +74,10 @@ run 0 "$PBNDS" import ffhq-pbr set -o killed
 (cd killed && find . -name 'sample.*' -o -name 'light.*' | sort | xargs md5sum) >after
 (cd faces && find . -name 'sample.*' -o -name 'light.*' | sort | xargs md5sum) >before
 check cmp before after
+
+run 0 "$PBNDS" import ffhq-pbr set -o tars --format tar --per-tar 3
+run 0 "$PBNDS" check tars
+check [ "$(ls tars/*.tar | wc -l)" -eq 5 ]
 
 # What is broken is listed and not fatal, unless nothing is left.
 cp -r set worse
@@ -95,6 +99,7 @@ rm worse/hdri/05000/*
 run 3 "$PBNDS" import ffhq-pbr worse -o none
 check grep -q "^pbnds: .*no picture could be imported; the first: .*is missing" stderr
 refuse 2 "one of blender, images, ffhq-pbr" "$PBNDS" import celeba set -o x
+refuse 2 "leave out --format" "$PBNDS" import images set -o x.exr --format tar
 refuse 2 "leave out --look" "$PBNDS" import ffhq-pbr set -o x --look 1,2
 refuse 1 "no folder that can be read" "$PBNDS" import ffhq-pbr nowhere -o x
 refuse 3 "no folder bgremoval" "$PBNDS" import ffhq-pbr set/hdri -o x

@@ -35,9 +35,12 @@ static int free_truth(void **state)
     return 0;
 }
 
+static int set_first;
+
 /* A set of the pictures [first, last], and no data. */
 static void make_set(int first, int last)
 {
+    set_first = first;
     fixture_remove(SET);
     fixture_remove(DATA);
     for (int id = first; id <= last; ++id)
@@ -59,18 +62,22 @@ static int imported(const struct pbnds_ffhq_result *r)
     return r->count[0] + r->count[1] + r->count[2];
 }
 
-static const char *split_name(int id)
+static enum pbnds_split split_of(int id)
 {
     char name[16];
     (void)snprintf(name, sizeof name, "%05d", id);
-    return pbnds_split_name(pbnds_split_of_name(name));
+    return pbnds_split_of_name(name);
 }
 
+/* Samples are numbered within their split in the order of the pictures. */
 static const char *sample_path(int id, const char *file)
 {
     static char path[256];
-    (void)snprintf(path, sizeof path, DATA "/%s/%06d%s%s", split_name(id), id,
-                   file[0] ? "/" : "", file);
+    int number = 0;
+    for (int other = set_first; other < id; ++other)
+        number += split_of(other) == split_of(id);
+    (void)snprintf(path, sizeof path, DATA "/%s/%06d%s%s",
+                   pbnds_split_name(split_of(id)), number, file[0] ? "/" : "", file);
     return path;
 }
 
@@ -175,6 +182,9 @@ static void planes_come_back(void **state)
     assert_text(json, "target", "display");
     assert_text(json, "identities", "unknown");
     assert_text(json, "source", SET);
+    cJSON_Delete(json);
+    json = read_json(DATA "/manifest.json");
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(json, "samples")), 1);
     cJSON_Delete(json);
 }
 
@@ -411,7 +421,11 @@ static void broken_pictures_are_listed(void **state)
     assert_int_equal(cJSON_GetObjectItem(listed, "imported")->valueint, 4);
     cJSON_Delete(listed);
 
-    cJSON *json = read_json(sample_path(22, "sample.json"));
+    cJSON *json = read_json(DATA "/manifest.json"); /* what has a number has a place */
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(json, "samples")), 4);
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(json, "quarantined")), 12);
+    cJSON_Delete(json);
+    json = read_json(sample_path(22, "sample.json"));
     assert_text(json, "depth", "missing");
     cJSON_Delete(json);
     json = read_json(sample_path(23, "sample.json"));
@@ -440,6 +454,48 @@ static void broken_pictures_are_listed(void **state)
     struct pbnds_sample sample = load(24);
     assert_near(sample.gbuffer.camera.yfov, 0.5, 1e-6);
     pbnds_sample_free(&sample);
+    json = read_json(DATA "/manifest.json");
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(json, "quarantined")), 9);
+    cJSON_Delete(json);
+}
+
+/* The same samples, in tar files. */
+static void into_tar_files(void **state)
+{
+    (void)state;
+    make_set(70, 74);
+    const struct pbnds_ffhq_options tar = {.format = PBNDS_DATASET_TAR, .per_tar = 2};
+    struct pbnds_ffhq_result result;
+    struct pbnds_error error = {""};
+    (void)import();
+    assert_int_equal(rename(DATA, DATA "_folders"), 0);
+    if (pbnds_import_ffhq(SET, DATA, &tar, NULL, &result, &error) != PBNDS_OK)
+        fail_msg("%s", error.message);
+    assert_int_equal(imported(&result), 5);
+    int compared = 0;
+    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s) {
+        struct pbnds_sample_list a, b;
+        assert_int_equal(pbnds_dataset_list(DATA, (enum pbnds_split)s, &a, NULL),
+                         PBNDS_OK);
+        assert_int_equal(
+            pbnds_dataset_list(DATA "_folders", (enum pbnds_split)s, &b, NULL),
+            PBNDS_OK);
+        assert_int_equal(a.count, b.count);
+        for (int i = 0; i < a.count; ++i, ++compared) {
+            struct pbnds_sample x, y;
+            assert_int_equal(pbnds_sample_load(a.folders[i], 0, &x, NULL), PBNDS_OK);
+            assert_int_equal(pbnds_sample_load(b.folders[i], 0, &y, NULL), PBNDS_OK);
+            assert_memory_equal(x.radiance.data, y.radiance.data,
+                                3 * sizeof(float) * PHOTO_WIDTH * PHOTO_HEIGHT);
+            assert_int_equal(x.target, PBNDS_TARGET_DISPLAY);
+            pbnds_sample_free(&x);
+            pbnds_sample_free(&y);
+        }
+        pbnds_sample_list_free(&a);
+        pbnds_sample_list_free(&b);
+    }
+    assert_int_equal(compared, 5);
+    fixture_remove(DATA "_folders");
 }
 
 static void nothing_to_import(void **state)
@@ -497,7 +553,7 @@ static void split_files_decide(void **state)
     assert_int_equal(result.left_out, 1);
     assert_int_equal(count_of(PBNDS_SPLIT_TRAIN), 2);
     assert_int_equal(count_of(PBNDS_SPLIT_VAL), 0);
-    assert_int_equal(access(DATA "/test/000042/sample.exr", F_OK), 0);
+    assert_int_equal(access(DATA "/test/000000/sample.exr", F_OK), 0);
     cJSON *listed = read_json(DATA "/import.json");
     assert_non_null(strstr(reason_of(listed, "00043"), "in none of train.txt"));
     cJSON_Delete(listed);
@@ -524,7 +580,7 @@ static void who_may_train(void **state)
     assert_int_equal(pbnds_train_item_load(sample_path(50, ""), true, &item, &error),
                      PBNDS_ERROR_UNSUPPORTED);
     assert_non_null(strstr(error.message, "is a photograph"));
-    assert_non_null(strstr(error.message, "000050"));
+    assert_non_null(strstr(error.message, sample_path(50, "")));
     assert_int_equal(pbnds_train_item_load(sample_path(50, ""), false, &item, &error),
                      PBNDS_OK);
     assert_null(item.direct);
@@ -560,6 +616,7 @@ static void a_stop_leaves_whole_samples(void **state)
     assert_int_equal(imported(&result), 1);
     struct pbnds_sample sample = load(61);
     pbnds_sample_free(&sample);
+    assert_int_not_equal(access(DATA "/manifest.json", F_OK), 0);
     assert_int_equal(system("test -z \"$(find " DATA " -name '.tmp-*')\""), 0);
     cJSON *listed = read_json(DATA "/import.json");
     assert_non_null(strstr(reason_of(listed, "00060"), "is missing"));
@@ -573,6 +630,7 @@ int main(void)
         cmocka_unit_test(relighting_agrees),
         cmocka_unit_test(the_light_is_rolled),
         cmocka_unit_test(broken_pictures_are_listed),
+        cmocka_unit_test(into_tar_files),
         cmocka_unit_test(nothing_to_import),
         cmocka_unit_test(split_files_decide),
         cmocka_unit_test(who_may_train),
