@@ -27,4 +27,10 @@ enum pbnds_status tool_describe_scene(const struct tool_options *options,
                                       const char *path, cJSON *facts,
                                       struct pbnds_error *error) PBNDS_NODISCARD;
 
+/** The facts of a data set; `deep`: statistics of its pixels too, and the contact sheet
+ *  where there is a name for it (info_dataset.c). */
+enum pbnds_status tool_describe_dataset(const struct tool_options *options, bool deep,
+                                        cJSON *facts,
+                                        struct pbnds_error *error) PBNDS_NODISCARD;
+
 #endif /* PBNDS_TOOLS_FACTS_H */

@@ -124,32 +124,6 @@ static enum pbnds_status describe_weights(const char *path, cJSON *facts,
     return PBNDS_OK;
 }
 
-static enum pbnds_status describe_dataset(const char *path, cJSON *facts,
-                                          struct pbnds_error *error)
-{
-    char hash[17], manifest[1400];
-    (void)snprintf(manifest, sizeof manifest, "%s/dataset.json", path);
-    PBNDS_TRY(pbnds_dataset_hash(path, hash, error));
-    tool_add_text(facts, "kind", "data set");
-    for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
-        struct pbnds_sample_list list;
-        PBNDS_TRY(pbnds_dataset_list(path, (enum pbnds_split)split, &list, error));
-        tool_add_number(facts, pbnds_split_name((enum pbnds_split)split), list.count);
-        pbnds_sample_list_free(&list);
-    }
-    tool_add_text(facts, "hash", hash);
-    uint8_t *text = NULL;
-    size_t size = 0;
-    PBNDS_TRY(pbnds_file_read(manifest, (size_t)64 << 20, &text, &size, error));
-    cJSON *recipe = cJSON_Parse((const char *)text);
-    free(text);
-    if (!recipe) {
-        return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: is not JSON", manifest);
-    }
-    (void)cJSON_AddItemToObject(facts, "recipe", recipe);
-    return PBNDS_OK;
-}
-
 /* Loads everything that describe() does not look into; G-buffers have a file of their
  * own. */
 
@@ -180,6 +154,15 @@ static enum pbnds_status check_dataset(const char *path, struct pbnds_error *err
     return PBNDS_OK;
 }
 
+static enum pbnds_status check_sheet_name(const char *path, struct pbnds_error *error)
+{
+    if (!tool_has_extension(path, ".png")) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                          "%s: a contact sheet is written as .png", path);
+    }
+    return tool_output_check(path, error);
+}
+
 /* What the file is is said by its name; that it is so, by reading it. */
 static enum pbnds_status describe(const struct tool_options *options, bool deep,
                                   cJSON *facts, struct pbnds_error *error)
@@ -187,8 +170,16 @@ static enum pbnds_status describe(const struct tool_options *options, bool deep,
     const char *path = options->inputs[0];
     struct stat info;
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
-        PBNDS_TRY(describe_dataset(path, facts, error));
+        if (options->output) PBNDS_TRY(check_sheet_name(options->output, error));
+        PBNDS_TRY(tool_describe_dataset(options, !deep, facts, error));
         return deep ? check_dataset(path, error) : PBNDS_OK;
+    }
+    if (options->output) {
+        return pbnds_fail(
+            error, PBNDS_ERROR_ARGUMENT,
+            "info: -o is for the contact sheet of a data set, which %s is "
+            "not",
+            path);
     }
     if (tool_has_extension(path, ".glb") || tool_has_extension(path, ".gltf")) {
         return tool_describe_scene(options, path, facts, error);
@@ -285,7 +276,10 @@ const struct tool_command tool_info = {
     .about = "says what a file is",
     .details = "FILE is a scene (.glb, .gltf), a G-buffer (.exr), a light map (.hdr, "
                ".exr), a\n"
-               "weights file (.safetensors) or a data set folder.\n\n"
+               "weights file (.safetensors) or a data set folder; of that, statistics "
+               "of its pixels,\n"
+               "and with -o a contact sheet of 64 samples.\n\n"
+               "  pbnds info data/ -o sheet.png\n"
                "  pbnds info scene.glb\n"
                "  pbnds info transport.safetensors --json",
     .run = run_info,

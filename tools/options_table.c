@@ -8,7 +8,7 @@
 #define READS      (CASTS | TOOL_INFO | TOOL_CHECK)
 #define LIT        (TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE)
 #define SHADES     (TOOL_RENDER | TOOL_SHADE)
-#define MAKES      (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN | TOOL_IMPORT)
+#define MAKES      (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN | TOOL_IMPORT | TOOL_INFO)
 
 /* The command line, row by row, in the order of --help. */
 const struct tool_row tool_rows[] = {
@@ -157,7 +157,7 @@ const struct tool_row tool_rows[] = {
      "go on from the checkpoint beside the weights file", NULL},
 
     {"output", KIND_STRING, AT(output), 0, 0, MAKES, GROUP_OUT, "FILE|DIR",
-     "-o, where the result goes", NULL},
+     "-o, where the result goes (info: the contact sheet of a data set)", NULL},
     {"size", KIND_SIZE, AT(size), 1, 16384, CASTS | TOOL_DATASET | TOOL_BENCH,
      GROUP_OUT, "WxH", "pixels (default 512x512; data sets 256x256)", NULL},
     {"aov-samples", KIND_INT, AT(aov_samples), 1, 4096, CASTS, GROUP_OUT, "N",
