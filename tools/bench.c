@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "engine/core/parallel.h"
+#include "tools/bench_data.h"
 #include "tools/bench_scene.h"
 #include "tools/commands.h"
 #include "tools/console.h"
@@ -238,6 +239,10 @@ static enum pbnds_status bench_all(const struct tool_options *options,
             PBNDS_TRY(run_paths(options, error));
             continue;
         }
+        if (strcmp(stages[i], "dataset") == 0) {
+            PBNDS_TRY(tool_bench_data(options, error));
+            continue;
+        }
         struct tool_world world = {.accel = NULL};
         struct tool_options view = *options;
         if (!view.size[0]) view.size[0] = view.size[1] = SHADE_SIDE;
@@ -260,7 +265,8 @@ static enum pbnds_status run(const struct tool_options *options,
     const int count =
         options->input_count ? options->input_count : (int)(sizeof all / sizeof *all);
     for (int i = 0; i < count; ++i) {
-        if (strcmp(stages[i], "gbuffer") == 0) continue;
+        if (strcmp(stages[i], "gbuffer") == 0 || strcmp(stages[i], "dataset") == 0)
+            continue;
         PBNDS_TRY(tool_shader_check(stages[i], error));
     }
     char scene[1400];
@@ -280,7 +286,8 @@ const struct tool_command tool_bench = {
     .usage = "bench [STAGE...] [--size WxH]",
     .about = "measures the throughput of the stages",
     .details =
-        "STAGE is gbuffer or the name of a shader (default: gbuffer, blinn-phong, "
+        "STAGE is gbuffer, dataset or the name of a shader (default: gbuffer, "
+        "blinn-phong, "
         "ggx,\n"
         "transport and pbnds+). Each is run five times, after one run that is not "
         "counted;\n"
@@ -293,7 +300,11 @@ const struct tool_command tool_bench = {
         "alone, in turns; first_s is a first cast, into memory not yet handed out.\n"
         "reference: the same triangles at 256x256, four paths a pixel, beside a loop "
         "of\n"
-        "random bounces.\n\n"
+        "random bounces.\n"
+        "dataset: eight samples of procedural worlds, 128x128 at 256 samples a pixel "
+        "with all\n"
+        "targets; added is the time of all that is not the path tracer, as a share of "
+        "its own.\n\n"
         "  pbnds bench gbuffer neural --threads 2",
     .run = run,
 };

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "engine/shade/openness.h"
 #include "engine/shade/pathtrace_olat.h"
@@ -32,6 +33,13 @@ struct rendering {
     struct pbnds_envmap *env;
     struct pbnds_targets *targets;
 };
+
+static double seconds(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
 
 static uint64_t seed_of(const struct rendering *r, enum pbnds_draw_stream stream)
 {
@@ -70,7 +78,10 @@ static enum pbnds_status render_radiance(const struct rendering *r,
     struct pbnds_shade_job job = job_of(r, PBNDS_DRAW_TRACE);
     const struct pbnds_pathtrace_options options = {.spp = r->recipe->spp};
     if (r->recipe->variance) job.variance = &t->variance;
-    return pbnds_pathtrace(&job, &options, &t->radiance, &t->direct, error);
+    const double start = seconds();
+    PBNDS_TRY(pbnds_pathtrace(&job, &options, &t->radiance, &t->direct, error));
+    t->path_seconds += seconds() - start;
+    return PBNDS_OK;
 }
 
 static enum pbnds_status look(const struct rendering *r, const struct pbnds_vec3 *wi,
@@ -109,8 +120,10 @@ static enum pbnds_status render_olat(const struct rendering *r,
     const struct pbnds_shade_job job = job_of(r, PBNDS_DRAW_OLAT);
     const struct pbnds_pathtrace_options options = {
         .spp = recipe->olat_spp ? recipe->olat_spp : recipe->spp};
+    const double start = seconds();
     PBNDS_TRY(pbnds_pathtrace_olat(&job, &options, olat->wi, olat->count, olat->images,
                                    error));
+    r->targets->path_seconds += seconds() - start;
     return look(r, olat->wi, olat->count, &olat->visibility, error);
 }
 

@@ -32,6 +32,8 @@ struct pbnds_targets {
     uint32_t *visibility;        /**< bit i: cluster light i (envmap.h,
                                     PBNDS_DATASET_LIGHTS of the light) is seen      */
     struct pbnds_olat olat;
+    double path_seconds; /**< of the clock, in the path tracer; for those who want to
+                            know the cost of the rest                                 */
 };
 
 #ifdef __cplusplus
