@@ -11,7 +11,7 @@ enum { FLOAT = 5126, USHORT = 5123, UINT = 5125, VERTICES = 34962, INDICES = 349
 struct glb {
     struct gen_bytes bin, views, accessors;
     int view_count, accessor_count;
-    int of_part[GEN_MAX_PARTS][5]; /* accessors */
+    int of_part[GEN_MAX_PARTS][6]; /* accessors */
 };
 
 static int add_view(struct glb *g, const void *data, size_t size, int target)
@@ -75,7 +75,7 @@ static int add_indices(struct glb *g, const struct gen_mesh *m)
     return add_accessor(g, view, USHORT, m->index_count, "SCALAR", "");
 }
 
-/* Accessors of a part's mesh, in the order position, normal, uv, tangent, index. */
+/* Accessors of a part's mesh, in the order position, normal, uv, tangent, index, colour. */
 static void add_mesh(struct glb *g, const struct gen_world *w, int part)
 {
     const struct gen_mesh *m = gen_part_mesh(w, part);
@@ -87,6 +87,8 @@ static void add_mesh(struct glb *g, const struct gen_world *w, int part)
     a[2] = textured ? add_floats(g, m->uv, m->vertex_count, 2) : -1;
     a[3] = m->tangent ? add_floats(g, m->tangent, m->vertex_count, 4) : -1;
     a[4] = add_indices(g, m);
+    const struct pbnds_vec3 *color = w->parts[part].color;
+    a[5] = color ? add_floats(g, color, m->vertex_count, 3) : -1;
 }
 
 static void print_primitive(struct glb *g, struct gen_bytes *json,
@@ -98,6 +100,7 @@ static void print_primitive(struct glb *g, struct gen_bytes *json,
     gen_bytes_print(json, "{\"attributes\":{\"POSITION\":%d,\"NORMAL\":%d", a[0], a[1]);
     if (a[2] >= 0) gen_bytes_print(json, ",\"TEXCOORD_0\":%d", a[2]);
     if (a[3] >= 0) gen_bytes_print(json, ",\"TANGENT\":%d", a[3]);
+    if (a[5] >= 0) gen_bytes_print(json, ",\"COLOR_0\":%d", a[5]);
     gen_bytes_print(json, "},\"indices\":%d,\"material\":%d}", a[4],
                     w->parts[part].material);
 }
@@ -146,11 +149,11 @@ static void print_objects(struct gen_bytes *json, const struct gen_world *w, int
     for (int i = 0; i < w->object_count; ++i) {
         const struct gen_object *o = &w->objects[i];
         const double s = (double)o->scale;
-        char number[32];
-        (void)snprintf(number, sizeof number, "object_%d", i);
+        char number[64];
+        (void)snprintf(number, sizeof number, "%s_%d", o->name ? o->name : "object", i);
         begin_node(json, count);
         gen_bytes_print(json, "\"name\":\"%s\",\"mesh\":%d,",
-                        o->name ? o->name : number, i);
+                        o->name && !o->numbered ? o->name : number, i);
         print_pose(json, o->translation, o->rotation);
         gen_bytes_print(json, ",\"scale\":[%.9g,%.9g,%.9g]}", s, s, s);
     }
@@ -190,7 +193,8 @@ static void print_nodes(struct gen_bytes *json, const struct gen_world *w)
     gen_bytes_print(json, "],\"scenes\":[{\"nodes\":[");
     for (int i = 0; i < count; ++i)
         gen_bytes_print(json, "%s%d", i ? "," : "", i);
-    gen_bytes_print(json, "]}],\"scene\":0");
+    if (w->name) gen_bytes_print(json, "],\"name\":\"%s", w->name);
+    gen_bytes_print(json, w->name ? "\"}],\"scene\":0" : "]}],\"scene\":0");
     if (camera_count > 0) gen_bytes_print(json, ",\"cameras\":[");
     for (int i = 0, n = 0; i < 2; ++i) {
         if (!(cameras[i]->yfov > 0.0f)) continue;
@@ -236,7 +240,8 @@ static bool has_extension(const struct gen_material *m, int extension)
     case IOR:
         return m->ior != 1.5f;
     case SPECULAR:
-        return m->specular != 1.0f;
+        return m->specular != 1.0f ||
+               pbnds_max3(pbnds_sub(pbnds_splat(1.0f), m->specular_color)) > 0.0f;
     case STRENGTH:
         return pbnds_max3(m->emission) > 1.0f;
     case UNLIT:
@@ -257,6 +262,10 @@ static void print_extensions(struct gen_bytes *json, const struct gen_material *
         gen_bytes_print(json, "%s\"%s\":{", count++ ? "," : ",\"extensions\":{",
                         extension_names[k]);
         if (k != UNLIT) gen_bytes_print(json, "\"%s\":%.9g", members[k], values[k]);
+        const struct pbnds_vec3 c = m->specular_color;
+        if (k == SPECULAR && fminf(c.x, fminf(c.y, c.z)) < 1.0f)
+            gen_bytes_print(json, ",\"specularColorFactor\":[%.9g,%.9g,%.9g]",
+                            (double)c.x, (double)c.y, (double)c.z);
         gen_bytes_print(json, "}");
     }
     if (count) gen_bytes_print(json, "}");

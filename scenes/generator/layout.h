@@ -7,7 +7,8 @@
 
 #include "scenes/generator/world.h"
 
-/** Fills an empty world; a function of (seed, index) alone. */
+/** Fills an empty world; a function of (seed, index) alone (and of w->sketch, where the
+ *  same things are made coarsely). */
 void gen_random_world(struct gen_world *w, uint64_t seed, uint64_t index);
 
 #endif /* PBNDS_SCENES_LAYOUT_H */

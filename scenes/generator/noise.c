@@ -1,13 +1,21 @@
 #include "scenes/generator/noise.h"
 
-/* Finaliser of MurmurHash3 (Appleby) over the mixed coordinates. */
-uint32_t gen_hash(uint32_t x, uint32_t y, uint32_t z, uint32_t seed)
+#define HASH_X    0x8da6b343u
+#define HASH_Y    0xd8163841u
+#define HASH_Z    0xcb1ab31fu
+#define HASH_SEED 0x9e3779b1u
+
+/* Finaliser of MurmurHash3 (Appleby). */
+static uint32_t finish(uint32_t h)
 {
-    uint32_t h =
-        x * 0x8da6b343u ^ y * 0xd8163841u ^ z * 0xcb1ab31fu ^ seed * 0x9e3779b1u;
     h = (h ^ (h >> 16)) * 0x85ebca6bu;
     h = (h ^ (h >> 13)) * 0xc2b2ae35u;
     return h ^ (h >> 16);
+}
+
+uint32_t gen_hash(uint32_t x, uint32_t y, uint32_t z, uint32_t seed)
+{
+    return finish(x * HASH_X ^ y * HASH_Y ^ z * HASH_Z ^ seed * HASH_SEED);
 }
 
 static float unit(uint32_t h)
@@ -40,25 +48,44 @@ static float mix(float a, float b, float t)
     return a + (b - a) * t;
 }
 
+/* floorf() as an integer, without the call. */
+static int floor_int(float x)
+{
+    const int i = (int)x;
+    return i - (x < (float)i);
+}
+
+/* What gen_hash() makes of one coordinate before it mixes: of lattice line i and the next. */
+static void spread(int i, int period, uint32_t factor, uint32_t out[2])
+{
+    const uint32_t first = wrap(i, period);
+    const uint32_t next = first + 1;
+    out[0] = first * factor;
+    out[1] = (period > 0 && next == (uint32_t)period ? 0u : next) * factor;
+}
+
 float gen_noise(struct pbnds_vec3 p, int period, uint32_t seed)
 {
-    const float fx = floorf(p.x), fy = floorf(p.y), fz = floorf(p.z);
-    const float x = p.x - fx, y = p.y - fy, z = p.z - fz;
+    const int ix = floor_int(p.x), iy = floor_int(p.y), iz = floor_int(p.z);
+    const float x = p.x - (float)ix, y = p.y - (float)iy, z = p.z - (float)iz;
+    const float tx = fade(x), ty = fade(y), tz = fade(z);
+    uint32_t hx[2], hy[2], hz[2];
     float value[2][2];
+    spread(ix, period, HASH_X, hx);
+    spread(iy, period, HASH_Y, hy);
+    spread(iz, period, HASH_Z, hz);
+    const uint32_t hs = seed * HASH_SEED;
     for (int k = 0; k < 2; ++k) {
         for (int j = 0; j < 2; ++j) {
-            float line[2];
-            for (int i = 0; i < 2; ++i) {
-                const uint32_t h =
-                    gen_hash(wrap((int)fx + i, period), wrap((int)fy + j, period),
-                             wrap((int)fz + k, period), seed);
-                line[i] = corner(h, x - (float)i, y - (float)j, z - (float)k);
-            }
-            value[k][j] = mix(line[0], line[1], fade(x));
+            const uint32_t h = hy[j] ^ hz[k] ^ hs;
+            const float b = y - (float)j, c = z - (float)k;
+            const float first = corner(finish(hx[0] ^ h), x, b, c);
+            const float second = corner(finish(hx[1] ^ h), x - 1.0f, b, c);
+            value[k][j] = mix(first, second, tx);
         }
     }
-    return mix(mix(value[0][0], value[0][1], fade(y)),
-               mix(value[1][0], value[1][1], fade(y)), fade(z));
+    return mix(mix(value[0][0], value[0][1], ty), mix(value[1][0], value[1][1], ty),
+               tz);
 }
 
 float gen_fbm(struct pbnds_vec3 p, int octaves, int period, uint32_t seed)

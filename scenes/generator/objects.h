@@ -30,7 +30,7 @@ int gen_random_hero(const struct gen_maker *k);
 void gen_build_basic(const struct gen_maker *k);
 void gen_build_vase(const struct gen_maker *k);
 void gen_build_rock(const struct gen_maker *k);
-/* objects_form.c, objects_living.c: implicit surfaces */
+/* objects_form.c, objects_head.c, objects_living.c: implicit surfaces */
 /** Meshes an implicit surface into the object opened last. */
 void gen_form_part(const struct gen_maker *k, const struct gen_sdf *s, int cells,
                    int material);
@@ -53,5 +53,28 @@ void gen_build_table(const struct gen_maker *k);
 void gen_build_tuft(const struct gen_maker *k);
 void gen_build_lattice(const struct gen_maker *k);
 void gen_build_machine(const struct gen_maker *k);
+/* objects_wire.c: thin and swept */
+void gen_build_wire(const struct gen_maker *k);
+void gen_build_cage(const struct gen_maker *k);
+void gen_build_chain(const struct gen_maker *k);
+void gen_build_rope(const struct gen_maker *k);
+void gen_build_tree(const struct gen_maker *k);
+/* objects_cut.c: extruded */
+void gen_build_plate(const struct gen_maker *k);
+void gen_build_wheel(const struct gen_maker *k);
+void gen_build_pixels(const struct gen_maker *k);
+void gen_build_frame(const struct gen_maker *k);
+void gen_build_relief(const struct gen_maker *k);
+/* objects_ware.c: of the household */
+void gen_build_cup(const struct gen_maker *k);
+void gen_build_pot(const struct gen_maker *k);
+void gen_build_bottle(const struct gen_maker *k);
+void gen_build_lamp(const struct gen_maker *k);
+void gen_build_candles(const struct gen_maker *k);
+void gen_build_fruit(const struct gen_maker *k);
+void gen_build_bolt(const struct gen_maker *k);
+void gen_build_book(const struct gen_maker *k);
+void gen_build_discs(const struct gen_maker *k);
+void gen_build_mushroom(const struct gen_maker *k);
 
 #endif /* PBNDS_SCENES_OBJECTS_H */

@@ -1,52 +1,7 @@
 /* Things built of simple pieces: cloth, architecture, furniture, plants, machines. */
+#include "scenes/generator/assemble.h"
 #include "scenes/generator/noise.h"
-#include "scenes/generator/objects.h"
 #include "scenes/generator/shapes.h"
-
-static const struct pbnds_vec3 X = {1.0f, 0.0f, 0.0f}, Y = {0.0f, 1.0f, 0.0f},
-                               Z = {0.0f, 0.0f, 1.0f};
-static const struct pbnds_vec4 REST = {0.0f, 0.0f, 0.0f, 1.0f};
-
-/* Moves `piece` into `whole` at a pose and empties it. */
-static void put(struct gen_mesh *whole, struct gen_mesh *piece, struct pbnds_vec3 t,
-                struct pbnds_vec4 q)
-{
-    const struct pbnds_mat4 m = pbnds_mat4_from_trs(t, q, pbnds_splat(1.0f));
-    gen_mesh_append(whole, piece, &m);
-    gen_mesh_free(piece);
-}
-
-static void put_block(struct gen_mesh *whole, struct pbnds_vec3 half, float bevel,
-                      struct pbnds_vec3 t, struct pbnds_vec4 q)
-{
-    struct gen_mesh m = {.vertex_count = 0};
-    gen_rounded_box(&m, half, bevel, bevel > 0.0f ? 2 : 0, 1);
-    put(whole, &m, t, q);
-}
-
-static void put_frustum(struct gen_mesh *whole, float bottom, float top, float half,
-                        struct pbnds_vec3 t, struct pbnds_vec4 q, int segments)
-{
-    struct gen_mesh m = {.vertex_count = 0};
-    gen_frustum(&m, bottom, top, half, 0.1f * fminf(half, bottom), segments);
-    put(whole, &m, t, q);
-}
-
-static void finish(const struct gen_maker *k, struct gen_mesh *m, float crease,
-                   int material)
-{
-    gen_mesh_shade(m, crease);
-    gen_object_part(k->world, m, material);
-}
-
-/* A sheet is seen from both sides. */
-static int sheet_material(const struct gen_maker *k)
-{
-    const int material =
-        gen_make_material(k, gen_chance(k->rng, 0.8f) ? GEN_CLOTH : GEN_ANY);
-    k->world->materials[material].double_sided = true;
-    return material;
-}
 
 /* ---- cloth ---- */
 
@@ -82,7 +37,7 @@ void gen_build_cloth(const struct gen_maker *k)
     const int n = gen_segments(k, 110);
     const struct gen_grid grid = {n, n, false, false, fold_point, &f};
     gen_mesh_grid(&m, &grid);
-    finish(k, &m, 180.0f, sheet_material(k));
+    gen_finish(k, &m, 180.0f, gen_sheet_material(k));
 }
 
 struct drape {
@@ -121,7 +76,7 @@ void gen_build_tablecloth(const struct gen_maker *k)
     const struct gen_grid grid = {
         gen_segments(k, 160), gen_segments(k, 56), true, false, drape_point, &d};
     gen_mesh_grid(&m, &grid);
-    finish(k, &m, 100.0f, sheet_material(k));
+    gen_finish(k, &m, 100.0f, gen_sheet_material(k));
 }
 
 /* ---- architecture ---- */
@@ -141,13 +96,13 @@ void gen_build_stairs(const struct gen_maker *k)
         const float high = solid ? 0.5f * top : 0.3f * rise;
         const struct pbnds_vec3 box = {half, high,
                                        0.5f * tread * (winding > 0.0f ? 1.6f : 1.0f)};
-        const struct pbnds_vec4 q = gen_turn(Y, winding * (float)i);
+        const struct pbnds_vec4 q = gen_turn(GEN_Y, winding * (float)i);
         const struct pbnds_vec3 at =
             winding > 0.0f ? gen_rotate(q, pbnds_vec3_make(half + 0.05f, 0.0f, 0.0f))
                            : pbnds_vec3_make(0.0f, 0.0f, 0.45f - tread * (float)i);
-        put_block(&m, box, bevel, pbnds_vec3_make(at.x, top - high, at.z), q);
+        gen_put_block(&m, box, bevel, pbnds_vec3_make(at.x, top - high, at.z), q);
     }
-    finish(k, &m, 40.0f, gen_make_material(k, GEN_GROUND));
+    gen_finish(k, &m, 40.0f, gen_make_material(k, GEN_GROUND));
 }
 
 /* Half ring of wedge stones on two pillars. */
@@ -165,20 +120,21 @@ void gen_build_arch(const struct gen_maker *k)
         const float half = 0.5f * PBNDS_PI * (radius + thick) / (float)stones;
         const float grow = gen_uniform(k->rng, 0.95f, 1.08f);
         const struct pbnds_vec3 box = {thick * grow, 0.97f * half, deep * grow};
-        put_block(&m, box, bevel,
-                  pbnds_vec3_make(radius * cosf(a), high + radius * sinf(a), 0.0f),
-                  gen_turn(Z, a));
+        gen_put_block(&m, box, bevel,
+                      pbnds_vec3_make(radius * cosf(a), high + radius * sinf(a), 0.0f),
+                      gen_turn(GEN_Z, a));
     }
     for (int side = -1; side <= 1; side += 2) {
-        put_block(&m, pbnds_vec3_make(thick * 1.1f, 0.5f * high, deep * 1.1f), bevel,
-                  pbnds_vec3_make(radius * (float)side, 0.5f * high, 0.0f), REST);
+        gen_put_block(&m, pbnds_vec3_make(thick * 1.1f, 0.5f * high, deep * 1.1f),
+                      bevel, pbnds_vec3_make(radius * (float)side, 0.5f * high, 0.0f),
+                      GEN_REST);
     }
     if (gen_chance(k->rng, 0.3f)) {
-        put_block(&m, pbnds_vec3_make(radius + 2.0f * thick, 0.6f * thick, deep * 1.2f),
-                  bevel, pbnds_vec3_make(0.0f, high + radius + 1.5f * thick, 0.0f),
-                  REST);
+        gen_put_block(
+            &m, pbnds_vec3_make(radius + 2.0f * thick, 0.6f * thick, deep * 1.2f),
+            bevel, pbnds_vec3_make(0.0f, high + radius + 1.5f * thick, 0.0f), GEN_REST);
     }
-    finish(k, &m, 40.0f, gen_make_material(k, GEN_GROUND));
+    gen_finish(k, &m, 40.0f, gen_make_material(k, GEN_GROUND));
 }
 
 static void one_column(const struct gen_maker *k, struct gen_mesh *m,
@@ -194,14 +150,14 @@ static void one_column(const struct gen_maker *k, struct gen_mesh *m,
     }
     gen_lathe(&shaft, profile, 13, flutes ? flutes * 6 : gen_segments(k, 48), flutes,
               0.08f);
-    put(m, &shaft, at, REST);
+    gen_put(m, &shaft, at, GEN_REST);
     for (int side = -1; side <= 1; side += 2) {
         const float y = half * (float)side;
         const struct pbnds_vec3 slab = {1.5f * radius, 0.25f * radius, 1.5f * radius};
-        put_block(m, slab, 0.03f * radius,
-                  pbnds_vec3_make(at.x, at.y + y * 1.06f, at.z), REST);
+        gen_put_block(m, slab, 0.03f * radius,
+                      pbnds_vec3_make(at.x, at.y + y * 1.06f, at.z), GEN_REST);
         gen_torus(&ring, 0.95f * radius, 0.2f * radius, gen_segments(k, 40));
-        put(m, &ring, pbnds_vec3_make(at.x, at.y + y * 0.98f, at.z), REST);
+        gen_put(m, &ring, pbnds_vec3_make(at.x, at.y + y * 0.98f, at.z), GEN_REST);
     }
 }
 
@@ -218,13 +174,13 @@ void gen_build_column(const struct gen_maker *k)
         one_column(k, &m, pbnds_vec3_make(x, 0.0f, 0.0f), radius, half, flutes);
     }
     if (count > 1) {
-        put_block(
+        gen_put_block(
             &m,
             pbnds_vec3_make(0.5f * step * (float)count, 0.4f * radius, 1.6f * radius),
             0.02f * radius, pbnds_vec3_make(0.0f, half * 1.06f + 0.6f * radius, 0.0f),
-            REST);
+            GEN_REST);
     }
-    finish(k, &m, 40.0f, gen_make_material(k, GEN_GROUND));
+    gen_finish(k, &m, 40.0f, gen_make_material(k, GEN_GROUND));
 }
 
 /* ---- furniture ---- */
@@ -251,12 +207,12 @@ void gen_build_clutter(const struct gen_maker *k)
         } else {
             at.y = half.y + (i > count / 2 ? 0.12f : 0.0f);
         }
-        put_block(m, half, 0.06f * fminf(half.x, fminf(half.y, half.z)), at,
-                  gen_turn(Y, turn));
+        gen_put_block(m, half, 0.06f * fminf(half.x, fminf(half.y, half.z)), at,
+                      gen_turn(GEN_Y, turn));
     }
     for (int i = 0; i < 3; ++i) {
         if (parts[i].index_count)
-            finish(k, &parts[i], 35.0f, gen_make_material(k, GEN_ANY));
+            gen_finish(k, &parts[i], 35.0f, gen_make_material(k, GEN_ANY));
     }
 }
 
@@ -270,11 +226,11 @@ void gen_build_table(const struct gen_maker *k)
                 thick = gen_uniform(k->rng, 0.012f, 0.04f);
     const float leg = gen_uniform(k->rng, 0.012f, 0.04f);
     if (round) {
-        put_frustum(&top, wide, wide, thick, pbnds_splat(0.0f), REST,
-                    gen_segments(k, 72));
+        gen_put_frustum(&top, wide, wide, thick, pbnds_splat(0.0f), GEN_REST,
+                        gen_segments(k, 72));
     } else {
-        put_block(&top, pbnds_vec3_make(wide, thick, deep), 0.4f * thick,
-                  pbnds_splat(0.0f), REST);
+        gen_put_block(&top, pbnds_vec3_make(wide, thick, deep), 0.4f * thick,
+                      pbnds_splat(0.0f), GEN_REST);
     }
     const bool central = round && gen_chance(k->rng, 0.5f);
     for (int i = 0; i < (central ? 1 : 4); ++i) {
@@ -282,22 +238,22 @@ void gen_build_table(const struct gen_maker *k)
             central ? 0.0f : (i & 1 ? 0.8f : -0.8f) * wide * (round ? 0.75f : 1.0f);
         const float z =
             central ? 0.0f : (i & 2 ? 0.8f : -0.8f) * deep * (round ? 0.75f : 1.0f);
-        put_frustum(&legs, 0.8f * leg, leg, 0.5f * high,
-                    pbnds_vec3_make(x, -0.5f * high, z), REST, 20);
+        gen_put_frustum(&legs, 0.8f * leg, leg, 0.5f * high,
+                        pbnds_vec3_make(x, -0.5f * high, z), GEN_REST, 20);
     }
     if (central) {
-        put_frustum(&legs, 0.6f * wide, 0.15f * wide, thick,
-                    pbnds_vec3_make(0.0f, -high, 0.0f), REST, 48);
+        gen_put_frustum(&legs, 0.6f * wide, 0.15f * wide, thick,
+                        pbnds_vec3_make(0.0f, -high, 0.0f), GEN_REST, 48);
     }
     if (chair && !round) {
         const float back = gen_uniform(k->rng, 0.15f, 0.4f);
-        put_block(&top, pbnds_vec3_make(wide, back, thick), 0.4f * thick,
-                  pbnds_vec3_make(0.0f, back, -deep), gen_turn(X, -0.1f));
+        gen_put_block(&top, pbnds_vec3_make(wide, back, thick), 0.4f * thick,
+                      pbnds_vec3_make(0.0f, back, -deep), gen_turn(GEN_X, -0.1f));
     }
     const int material = gen_make_material(k, GEN_ANY);
-    finish(k, &top, 35.0f, material);
-    finish(k, &legs, 35.0f,
-           gen_chance(k->rng, 0.5f) ? material : gen_make_material(k, GEN_ANY));
+    gen_finish(k, &top, 35.0f, material);
+    gen_finish(k, &legs, 35.0f,
+               gen_chance(k->rng, 0.5f) ? material : gen_make_material(k, GEN_ANY));
 }
 
 /* ---- plants ---- */
@@ -336,11 +292,11 @@ void gen_build_tuft(const struct gen_maker *k)
         const struct gen_grid grid = {4, 10, false, false, blade_point, &b};
         gen_mesh_grid(&leaves, &grid);
     }
-    finish(k, &leaves, 70.0f, sheet_material(k));
+    gen_finish(k, &leaves, 70.0f, gen_sheet_material(k));
     if (!gen_chance(k->rng, 0.6f)) return;
-    put_frustum(&pot, 0.11f, 0.17f, 0.13f, pbnds_vec3_make(0.0f, -0.1f, 0.0f), REST,
-                gen_segments(k, 56));
-    finish(k, &pot, 35.0f, gen_make_material(k, GEN_ANY));
+    gen_put_frustum(&pot, 0.11f, 0.17f, 0.13f, pbnds_vec3_make(0.0f, -0.1f, 0.0f),
+                    GEN_REST, gen_segments(k, 56));
+    gen_finish(k, &pot, 35.0f, gen_make_material(k, GEN_ANY));
 }
 
 /* ---- made by machines ---- */
@@ -365,18 +321,20 @@ void gen_build_lattice(const struct gen_maker *k)
                 const struct pbnds_vec3 at = axis == 0   ? pbnds_vec3_make(0.0f, s, t)
                                              : axis == 1 ? pbnds_vec3_make(s, 0.0f, t)
                                                          : pbnds_vec3_make(s, t, 0.0f);
-                const struct pbnds_vec4 q = axis == 0   ? gen_turn(Z, 0.5f * PBNDS_PI)
-                                            : axis == 1 ? REST
-                                                        : gen_turn(X, 0.5f * PBNDS_PI);
+                const struct pbnds_vec4 q = axis == 0 ? gen_turn(GEN_Z, 0.5f * PBNDS_PI)
+                                            : axis == 1
+                                                ? GEN_REST
+                                                : gen_turn(GEN_X, 0.5f * PBNDS_PI);
                 if (round) {
-                    put_frustum(&m, bar, bar, half + bar, at, q, 12);
+                    gen_put_frustum(&m, bar, bar, half + bar, at, q, 12);
                 } else {
-                    put_block(&m, pbnds_vec3_make(bar, half + bar, bar), 0.0f, at, q);
+                    gen_put_block(&m, pbnds_vec3_make(bar, half + bar, bar), 0.0f, at,
+                                  q);
                 }
             }
         }
     }
-    finish(k, &m, 40.0f, gen_make_material(k, GEN_ANY));
+    gen_finish(k, &m, 40.0f, gen_make_material(k, GEN_ANY));
 }
 
 /* Bolts, knobs or fins in a circle about an axis. */
@@ -387,19 +345,20 @@ static void put_circle(const struct gen_maker *k, struct gen_mesh *m,
     const float size = gen_uniform(k->rng, 0.15f, 0.7f) * radius / sqrtf((float)count);
     for (int i = 0; i < count; ++i) {
         const struct pbnds_vec4 turn =
-            gen_turn(Y, 2.0f * PBNDS_PI * (float)i / (float)count);
+            gen_turn(GEN_Y, 2.0f * PBNDS_PI * (float)i / (float)count);
         const struct pbnds_vec3 arm =
             gen_rotate(turn, pbnds_vec3_make(radius, 0.0f, 0.0f));
         const struct pbnds_vec3 t = pbnds_add(at, gen_rotate(q, arm));
         const struct pbnds_vec4 pose = gen_quat_mul(q, turn);
         struct gen_mesh knob = {.vertex_count = 0};
-        if (kind == 0) put_frustum(m, size, size, 0.6f * size, t, pose, i % 2 ? 6 : 6);
+        if (kind == 0)
+            gen_put_frustum(m, size, size, 0.6f * size, t, pose, i % 2 ? 6 : 6);
         if (kind == 1)
-            put_block(m, pbnds_vec3_make(1.6f * size, 1.2f * size, 0.25f * size),
-                      0.05f * size, t, pose);
+            gen_put_block(m, pbnds_vec3_make(1.6f * size, 1.2f * size, 0.25f * size),
+                          0.05f * size, t, pose);
         if (kind == 2) {
             gen_ellipsoid(&knob, pbnds_splat(size), 20);
-            put(m, &knob, t, pose);
+            gen_put(m, &knob, t, pose);
         }
     }
 }
@@ -419,18 +378,19 @@ void gen_build_machine(const struct gen_maker *k)
         const int kind = gen_below(k->rng, 4);
         if (kind == 0) {
             const float deep = radius * gen_uniform(k->rng, 0.5f, 1.0f);
-            put_block(m, pbnds_vec3_make(radius, half, deep), 0.15f * half, at, REST);
+            gen_put_block(m, pbnds_vec3_make(radius, half, deep), 0.15f * half, at,
+                          GEN_REST);
         } else {
-            put_frustum(m, radius, radius * (kind == 1 ? 0.6f : 1.0f), half, at, REST,
-                        segments);
+            gen_put_frustum(m, radius, radius * (kind == 1 ? 0.6f : 1.0f), half, at,
+                            GEN_REST, segments);
         }
         if (gen_chance(k->rng, 0.5f)) {
             gen_torus(&ring, 1.02f * radius, 0.25f * half, segments);
-            put(&parts[gen_below(k->rng, 3)], &ring, at, REST);
+            gen_put(&parts[gen_below(k->rng, 3)], &ring, at, GEN_REST);
         }
         if (gen_chance(k->rng, 0.6f)) {
             put_circle(k, &parts[gen_below(k->rng, 3)],
-                       pbnds_vec3_make(0.0f, y + 2.0f * half, 0.0f), REST,
+                       pbnds_vec3_make(0.0f, y + 2.0f * half, 0.0f), GEN_REST,
                        0.75f * radius);
         }
         y += 1.98f * half;
@@ -441,15 +401,15 @@ void gen_build_machine(const struct gen_maker *k)
         const float a = gen_uniform(k->rng, 0.0f, 2.0f * PBNDS_PI);
         const float bow = gen_uniform(k->rng, 0.1f, 0.25f);
         gen_torus(&pipe, bow, gen_uniform(k->rng, 0.015f, 0.04f), segments);
-        put(&parts[2], &pipe,
-            pbnds_vec3_make(0.25f * cosf(a), 0.4f * y - 0.1f, -0.25f * sinf(a)),
-            gen_quat_mul(gen_turn(Y, a), gen_turn(X, 0.5f * PBNDS_PI)));
+        gen_put(&parts[2], &pipe,
+                pbnds_vec3_make(0.25f * cosf(a), 0.4f * y - 0.1f, -0.25f * sinf(a)),
+                gen_quat_mul(gen_turn(GEN_Y, a), gen_turn(GEN_X, 0.5f * PBNDS_PI)));
     }
     for (int i = 0; i < 3; ++i) {
         const bool metal = gen_chance(k->rng, 0.5f);
         if (parts[i].index_count) {
-            finish(k, &parts[i], 35.0f,
-                   gen_make_material(k, metal ? GEN_METAL : GEN_ANY));
+            gen_finish(k, &parts[i], 35.0f,
+                       gen_make_material(k, metal ? GEN_METAL : GEN_ANY));
         }
     }
 }

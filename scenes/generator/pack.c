@@ -95,17 +95,10 @@ static long png_filter(int kind, const uint8_t *row, const uint8_t *above, size_
     return cost;
 }
 
-void gen_png(struct gen_bytes *b, const uint8_t *rgb, int width, int height)
+/* Each row by the filter that leaves the least. */
+static void filter_best(const uint8_t *rgb, size_t row, int height, uint8_t *raw,
+                        uint8_t *trial)
 {
-    static const uint8_t signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-    const size_t row = (size_t)width * 3, raw_size = (row + 1) * (size_t)height;
-    uint8_t *raw = malloc(raw_size), *trial = malloc(row + 1);
-    uLongf packed_size = compressBound((uLong)raw_size);
-    uint8_t *packed = malloc(packed_size);
-    if (!raw || !trial || !packed) {
-        b->failed = true;
-        goto done;
-    }
     for (int y = 0; y < height; ++y) {
         const uint8_t *line = rgb + row * (size_t)y;
         const uint8_t *above = y > 0 ? line - row : NULL;
@@ -118,7 +111,39 @@ void gen_png(struct gen_bytes *b, const uint8_t *rgb, int width, int height)
             memcpy(out, trial, row + 1);
         }
     }
-    if (compress2(packed, &packed_size, raw, (uLong)raw_size, 6) != Z_OK) {
+}
+
+/* Every row by the difference to the one above. */
+static void filter_up(const uint8_t *rgb, size_t row, int height, uint8_t *raw)
+{
+    for (int y = 0; y < height; ++y) {
+        const uint8_t *line = rgb + row * (size_t)y;
+        const uint8_t *above = y > 0 ? line - row : line;
+        uint8_t *out = raw + (row + 1) * (size_t)y;
+        out[0] = y > 0 ? 2 : 0;
+        for (size_t i = 0; i < row; ++i)
+            out[i + 1] = y > 0 ? (uint8_t)(line[i] - above[i]) : line[i];
+    }
+}
+
+static void encode(struct gen_bytes *b, const uint8_t *rgb, int width, int height,
+                   bool fast)
+{
+    static const uint8_t signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    const size_t row = (size_t)width * 3, raw_size = (row + 1) * (size_t)height;
+    uint8_t *raw = malloc(raw_size), *trial = malloc(row + 1);
+    uLongf packed_size = compressBound((uLong)raw_size);
+    uint8_t *packed = malloc(packed_size);
+    if (!raw || !trial || !packed) {
+        b->failed = true;
+        goto done;
+    }
+    if (fast) {
+        filter_up(rgb, row, height, raw);
+    } else {
+        filter_best(rgb, row, height, raw, trial);
+    }
+    if (compress2(packed, &packed_size, raw, (uLong)raw_size, fast ? 1 : 6) != Z_OK) {
         b->failed = true;
         goto done;
     }
@@ -135,4 +160,14 @@ done:
     free(raw);
     free(trial);
     free(packed);
+}
+
+void gen_png(struct gen_bytes *b, const uint8_t *rgb, int width, int height)
+{
+    encode(b, rgb, width, height, false);
+}
+
+void gen_png_fast(struct gen_bytes *b, const uint8_t *rgb, int width, int height)
+{
+    encode(b, rgb, width, height, true);
 }

@@ -26,5 +26,7 @@ void gen_bytes_print(struct gen_bytes *b, const char *format, ...) PBNDS_PRINTF(
 
 /** Appends an 8-bit RGB image, row 0 on top, as a PNG file. */
 void gen_png(struct gen_bytes *b, const uint8_t *rgb, int width, int height);
+/** The same picture, packed in a fraction of the time to a somewhat larger file. */
+void gen_png_fast(struct gen_bytes *b, const uint8_t *rgb, int width, int height);
 
 #endif /* PBNDS_SCENES_PACK_H */

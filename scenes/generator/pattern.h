@@ -19,6 +19,20 @@ enum gen_pattern_kind {
     GEN_SCRATCHES,
     GEN_WEAVE,
     GEN_STONES,
+    GEN_TILES,    /**< squares with joints                                     */
+    GEN_PLANKS,   /**< boards of a floor, each with its own grain              */
+    GEN_HEXAGONS, /**< honeycomb                                               */
+    GEN_CHEVRON,  /**< zigzag stripes                                          */
+    GEN_PLAID,    /**< crossing bands of several widths                        */
+    GEN_DOTS,     /**< regular rows of discs                                   */
+    GEN_RINGS,    /**< concentric                                              */
+    GEN_TEXT,     /**< lines of marks like writing                             */
+    GEN_BLOCKS,   /**< random squares, like a matrix code                      */
+    GEN_GRADIENT, /**< slow change from one side to the other and back         */
+    GEN_BLOTCHES, /**< sharp-edged patches: camouflage, rust, peeled paint     */
+    GEN_BRUSHED,  /**< fine streaks                                            */
+    GEN_TERRAZZO, /**< chips in a matrix                                       */
+    GEN_SPECKLE,  /**< fine grains                                             */
     GEN_PATTERN_COUNT
 };
 
@@ -32,8 +46,14 @@ struct gen_pattern {
     uint32_t seed;
 };
 
+/** What a pattern is at a point. */
+struct gen_texel {
+    float value; /**< in [0, 1]: 0 is the first layer, 1 the second        */
+    float id;    /**< in [0, 1): the same over one tile, board, stone, chip */
+};
+
 struct gen_pattern gen_random_pattern(struct pbnds_rng *r);
-/** In [0, 1]: 0 is the first layer, 1 the second. */
+struct gen_texel gen_pattern_at(const struct gen_pattern *p, float u, float v);
 float gen_pattern_value(const struct gen_pattern *p, float u, float v);
 
 #endif /* PBNDS_SCENES_PATTERN_H */

@@ -105,14 +105,77 @@ static float smooth_min(float a, float b, float k)
     return fminf(a, b) - h * h * h * k * (1.0f / 6.0f);
 }
 
-float gen_sdf_eval(const struct gen_sdf *s, struct pbnds_vec3 p)
+static struct gen_sdf_ball ball_around(const struct gen_sdf_op *op)
+{
+    const struct pbnds_vec3 s = op->size;
+    struct gen_sdf_ball ball = {op->a, pbnds_length(s), 1.0f};
+    switch (op->kind) {
+    case GEN_SDF_ELLIPSOID: {
+        /* k0 (k0 - 1) / k1 with k0 >= |p| / max r and k0 / k1 >= min r */
+        const float least = fminf(s.x, fminf(s.y, s.z));
+        ball.radius = pbnds_max3(s);
+        ball.stretch = ball.radius / least;
+        return ball;
+    }
+    case GEN_SDF_CONE:
+        ball.centre = pbnds_scale(pbnds_add(op->a, op->b), 0.5f);
+        ball.radius = 0.5f * pbnds_length(pbnds_sub(op->a, op->b)) + fmaxf(s.x, s.y);
+        return ball;
+    case GEN_SDF_TORUS:
+        ball.radius = s.x + s.y;
+        return ball;
+    case GEN_SDF_BOX:
+    case GEN_SDF_CYLINDER:
+        return ball;
+    default: /* a gyroid is everywhere */
+        ball.radius = INFINITY;
+        return ball;
+    }
+}
+
+void gen_sdf_prepare(struct gen_sdf_field *field, const struct gen_sdf *s)
+{
+    field->sdf = s;
+    for (int i = 0; i < s->count; ++i)
+        field->balls[i] = ball_around(&s->ops[i]);
+}
+
+/* Is the primitive farther from p than `distance`? False where the ball cannot tell. */
+static bool beyond(const struct gen_sdf_ball *ball, struct pbnds_vec3 p, float distance)
+{
+    const struct pbnds_vec3 d = pbnds_sub(p, ball->centre);
+    /* inside of it an ellipsoid's estimate is never below the distance itself */
+    const float reach =
+        ball->radius + distance * (distance > 0.0f ? ball->stretch : 1.0f);
+    return reach <= 0.0f || pbnds_dot(d, d) > 1.0001f * reach * reach;
+}
+
+/* The distance to an operation's primitive and its mirror image, INFINITY where it is beyond
+ * `distance`. */
+static float distance_to(const struct gen_sdf_op *op, const struct gen_sdf_ball *ball,
+                         struct pbnds_vec3 p, float distance)
 {
     const struct pbnds_vec3 mirrored = {-p.x, p.y, p.z};
+    float e = INFINITY;
+    if (!beyond(ball, p, distance)) e = primitive(op, p);
+    if (op->mirror && !beyond(ball, mirrored, distance))
+        e = fminf(e, primitive(op, mirrored));
+    return e;
+}
+
+float gen_sdf_eval(const struct gen_sdf_field *field, struct pbnds_vec3 p)
+{
+    const struct gen_sdf *s = field->sdf;
     float d = 1e6f;
     for (int i = 0; i < s->count; ++i) {
         const struct gen_sdf_op *op = &s->ops[i];
-        float e = primitive(op, p);
-        if (op->mirror) e = fminf(e, primitive(op, mirrored));
+        const struct gen_sdf_ball *ball = &field->balls[i];
+        /* what is farther than the blend is wide changes nothing */
+        const float far = op->combine == GEN_UNION ? d + op->blend
+                          : op->combine == GEN_CUT ? op->blend - d
+                                                   : INFINITY;
+        const float e = distance_to(op, ball, p, far);
+        if (e == INFINITY) continue;
         if (op->combine == GEN_UNION) d = smooth_min(d, e, op->blend);
         if (op->combine == GEN_CUT) d = -smooth_min(-d, e, op->blend);
         if (op->combine == GEN_INTERSECT) d = -smooth_min(-d, -e, op->blend);

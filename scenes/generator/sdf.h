@@ -49,7 +49,22 @@ struct gen_sdf_op *gen_sdf_add(struct gen_sdf *s, enum gen_sdf_kind kind,
 struct gen_sdf_op *gen_sdf_cone(struct gen_sdf *s, struct pbnds_vec3 a,
                                 struct pbnds_vec3 b, float radius_a, float radius_b,
                                 float blend);
-float gen_sdf_eval(const struct gen_sdf *s, struct pbnds_vec3 p);
+
+/** A ball about an operation's primitive: outside of it the distance is at least
+ *  (|p - centre| - radius) / stretch. */
+struct gen_sdf_ball {
+    struct pbnds_vec3 centre;
+    float radius, stretch;
+};
+
+/** A finished list, made ready for many evaluations. */
+struct gen_sdf_field {
+    const struct gen_sdf *sdf; /**< borrowed; must not change */
+    struct gen_sdf_ball balls[GEN_SDF_MAX];
+};
+
+void gen_sdf_prepare(struct gen_sdf_field *field, const struct gen_sdf *s);
+float gen_sdf_eval(const struct gen_sdf_field *field, struct pbnds_vec3 p);
 /** Box around all unions (what cuts and intersections take away is not looked at). */
 void gen_sdf_bounds(const struct gen_sdf *s, struct pbnds_vec3 *lo,
                     struct pbnds_vec3 *hi);

@@ -6,7 +6,7 @@
 #include "scenes/generator/sdf.h"
 
 struct lattice {
-    const struct gen_sdf *sdf;
+    const struct gen_sdf_field *field;
     struct pbnds_vec3 lo;
     float cell;
     int n[3];         /* corners on each axis */
@@ -36,21 +36,22 @@ static void sample_block(const struct lattice *g, int bx, int by, int bz)
     const float half = 0.5f * (BLOCK - 1) * g->cell;
     const struct pbnds_vec3 centre =
         pbnds_add(corner_point(g, bx, by, bz), pbnds_splat(half));
-    const float middle = gen_sdf_eval(g->sdf, centre);
+    const float middle = gen_sdf_eval(g->field, centre);
     const float reach =
-        1.5f * 1.7320508f * (half + g->cell) + 4.0f * fabsf(g->sdf->relief);
+        1.5f * 1.7320508f * (half + g->cell) + 4.0f * fabsf(g->field->sdf->relief);
     const int far = fabsf(middle) > reach;
     for (int z = bz; z < z1; ++z) {
         for (int y = by; y < y1; ++y) {
             for (int x = bx; x < x1; ++x) {
                 g->distance[corner_index(g, x, y, z)] =
-                    far ? middle : gen_sdf_eval(g->sdf, corner_point(g, x, y, z));
+                    far ? middle : gen_sdf_eval(g->field, corner_point(g, x, y, z));
             }
         }
     }
 }
 
-static struct pbnds_vec3 gradient(const struct gen_sdf *s, struct pbnds_vec3 p, float h)
+static struct pbnds_vec3 gradient(const struct gen_sdf_field *s, struct pbnds_vec3 p,
+                                  float h)
 {
     const struct pbnds_vec3 x = {h, 0.0f, 0.0f}, y = {0.0f, h, 0.0f},
                             z = {0.0f, 0.0f, h};
@@ -96,15 +97,15 @@ static struct pbnds_vec3 settle(const struct lattice *g, struct pbnds_vec3 p,
                                 struct pbnds_vec3 *normal)
 {
     const float h = 0.1f * g->cell;
-    struct pbnds_vec3 n = gradient(g->sdf, p, h);
+    struct pbnds_vec3 n = gradient(g->field, p, h);
     for (int i = 0; i < 2; ++i) {
         const float slope = pbnds_dot(n, n);
         if (slope < 1e-8f) break;
         const float length = sqrtf(slope);
-        const float step = pbnds_clamp(gen_sdf_eval(g->sdf, p) / length,
+        const float step = pbnds_clamp(gen_sdf_eval(g->field, p) / length,
                                        -0.25f * g->cell, 0.25f * g->cell);
         p = pbnds_mad(p, n, -step / length);
-        n = gradient(g->sdf, p, h);
+        n = gradient(g->field, p, h);
     }
     const float length = pbnds_length(n);
     *normal = length > 1e-8f ? pbnds_scale(n, 1.0f / length) : pbnds_splat(0.57735f);
@@ -183,7 +184,9 @@ void gen_sdf_mesh(const struct gen_sdf *s, struct pbnds_vec3 lo, struct pbnds_ve
                   int cells, struct gen_mesh *m)
 {
     const struct pbnds_vec3 extent = pbnds_sub(hi, lo);
-    struct lattice g = {.sdf = s, .cell = pbnds_max3(extent) / (float)cells};
+    struct gen_sdf_field field;
+    gen_sdf_prepare(&field, s);
+    struct lattice g = {.field = &field, .cell = pbnds_max3(extent) / (float)cells};
     /* One cell more on each side: the surface must not leave the lattice. */
     g.lo = pbnds_sub(lo, pbnds_splat(1.5f * g.cell));
     g.n[0] = (int)ceilf(extent.x / g.cell) + 4;

@@ -4,12 +4,15 @@
 
 void gen_world_free(struct gen_world *w)
 {
-    for (int i = 0; i < w->part_count; ++i)
+    for (int i = 0; i < w->part_count; ++i) {
         gen_mesh_free(&w->parts[i].mesh);
+        free(w->parts[i].color);
+    }
     for (int i = 0; i < w->image_count; ++i)
         gen_bytes_free(&w->images[i]);
     w->part_count = w->object_count = w->material_count = w->image_count = 0;
-    w->light_count = 0;
+    w->light_count = w->palette_count = 0;
+    w->name = NULL;
     w->camera.yfov = w->front.yfov = 0.0f;
     w->failed = false;
 }
@@ -21,6 +24,12 @@ int gen_object_begin(struct gen_world *w)
     *o = (struct gen_object){.first_part = w->part_count, .scale = 1.0f};
     o->rotation.w = 1.0f;
     return w->object_count++;
+}
+
+void gen_object_name(struct gen_world *w, const char *name)
+{
+    w->objects[w->object_count - 1].name = name;
+    w->objects[w->object_count - 1].numbered = true;
 }
 
 void gen_object_part(struct gen_world *w, struct gen_mesh *mesh, int material)
@@ -39,7 +48,8 @@ void gen_object_part(struct gen_world *w, struct gen_mesh *mesh, int material)
     if (!gen_material_textured(m)) gen_mesh_weld(mesh);
     if (mesh->failed) w->failed = true;
     struct gen_object *o = &w->objects[w->object_count - 1];
-    w->parts[w->part_count++] = (struct gen_part){*mesh, material, -1};
+    w->parts[w->part_count++] =
+        (struct gen_part){.mesh = *mesh, .material = material, .twin = -1};
     ++o->part_count;
     *mesh = (struct gen_mesh){.vertex_count = 0};
 }
@@ -49,6 +59,24 @@ void gen_object_twin(struct gen_world *w, int part, int material)
     if (w->part_count == GEN_MAX_PARTS) return;
     w->parts[w->part_count++] = (struct gen_part){.material = material, .twin = part};
     ++w->objects[w->object_count - 1].part_count;
+}
+
+void gen_object_paint(struct gen_world *w,
+                      struct pbnds_vec3 (*paint)(const void *context,
+                                                 struct pbnds_vec3 p),
+                      const void *context)
+{
+    if (w->part_count == 0 || w->objects[w->object_count - 1].part_count == 0) return;
+    struct gen_part *part = &w->parts[w->part_count - 1];
+    const struct gen_mesh *m = &part->mesh;
+    if (part->twin >= 0 || part->color) return;
+    part->color = malloc((m->vertex_count + 1) * sizeof *part->color);
+    if (!part->color) {
+        w->failed = true;
+        return;
+    }
+    for (size_t i = 0; i < m->vertex_count; ++i)
+        part->color[i] = paint(context, m->position[i]);
 }
 
 const struct gen_mesh *gen_part_mesh(const struct gen_world *w, int part)
@@ -132,6 +160,7 @@ struct gen_material gen_material_plain(struct pbnds_vec3 base_color, float metal
                                    .roughness = roughness,
                                    .ior = 1.5f,
                                    .specular = 1.0f,
+                                   .specular_color = {1.0f, 1.0f, 1.0f},
                                    .normal_scale = 1.0f,
                                    .color_image = -1,
                                    .surface_image = -1,
@@ -153,12 +182,23 @@ int gen_world_material(struct gen_world *w, const struct gen_material *material)
     return w->material_count++;
 }
 
-int gen_world_image(struct gen_world *w, const uint8_t *rgb, int width, int height)
+static int add_image(struct gen_world *w, const uint8_t *rgb, int width, int height,
+                     void (*encode)(struct gen_bytes *, const uint8_t *, int, int))
 {
     if (w->image_count == GEN_MAX_IMAGES) return -1;
     struct gen_bytes *image = &w->images[w->image_count];
     *image = (struct gen_bytes){.size = 0};
-    gen_png(image, rgb, width, height);
+    encode(image, rgb, width, height);
     if (image->failed) w->failed = true;
     return w->image_count++;
+}
+
+int gen_world_image(struct gen_world *w, const uint8_t *rgb, int width, int height)
+{
+    return add_image(w, rgb, width, height, gen_png);
+}
+
+int gen_world_texture(struct gen_world *w, const uint8_t *rgb, int width, int height)
+{
+    return add_image(w, rgb, width, height, gen_png_fast);
 }

@@ -13,7 +13,8 @@
 struct gen_material {
     struct pbnds_vec3 base_color; /**< linear */
     float metallic, roughness;
-    float ior, specular; /**< written where they differ from 1.5 and 1 */
+    float ior, specular;              /**< written where they differ from 1.5 and 1 */
+    struct pbnds_vec3 specular_color; /**< likewise from white */
     float normal_scale;
     int color_image, surface_image, normal_image; /**< -1: none */
     float repeat; /**< texture repeats over a mesh's unit of uv */
@@ -26,6 +27,7 @@ struct gen_material {
 
 struct gen_part {
     struct gen_mesh mesh;
+    struct pbnds_vec3 *color; /**< of each vertex (COLOR_0, linear), owned; or NULL */
     int material;
     int twin; /**< part whose mesh this one shows as well (its own is empty), or -1 */
 };
@@ -35,7 +37,8 @@ struct gen_object {
     struct pbnds_vec3 translation;
     struct pbnds_vec4 rotation;
     float scale;
-    const char *name;         /**< NULL: numbered                                   */
+    const char *name; /**< NULL: object_N                                           */
+    bool numbered;    /**< its number is put behind the name                        */
     struct pbnds_vec3 lo, hi; /**< bounds in the world, after gen_object_place() */
 };
 
@@ -60,7 +63,8 @@ enum {
     GEN_MAX_OBJECTS = 128,
     GEN_MAX_MATERIALS = 128,
     GEN_MAX_IMAGES = 96,
-    GEN_MAX_LIGHTS = 8
+    GEN_MAX_LIGHTS = 8,
+    GEN_PALETTE = 5
 };
 
 /** Fixed room: what does not fit is left out (parts) or shared (materials). */
@@ -77,6 +81,11 @@ struct gen_world {
     struct gen_camera front;  /**< a second one, likewise */
     struct gen_light lights[GEN_MAX_LIGHTS];
     int light_count;
+    struct pbnds_vec3 palette[GEN_PALETTE]; /**< colours that its materials share */
+    int palette_count;
+    const char *name; /**< of the scene; NULL: none */
+    bool sketch; /**< to be set before: coarse meshes and tiny textures, for tests of
+                           what is made rather than how */
     bool failed; /**< memory ran out */
 };
 
@@ -84,10 +93,17 @@ void gen_world_free(struct gen_world *w);
 
 /** Opens a new object; the parts added next belong to it. @return its index */
 int gen_object_begin(struct gen_world *w);
+/** Names the object opened last, a literal; its number is put behind. */
+void gen_object_name(struct gen_world *w, const char *name);
 /** Moves the mesh (normals made) into the object opened last. */
 void gen_object_part(struct gen_world *w, struct gen_mesh *mesh, int material);
 /** Shows the mesh of an earlier part once more, in another material. */
 void gen_object_twin(struct gen_world *w, int part, int material);
+/** Colours the part added last: `paint` gives the factor of the base colour at a point. */
+void gen_object_paint(struct gen_world *w,
+                      struct pbnds_vec3 (*paint)(const void *context,
+                                                 struct pbnds_vec3 p),
+                      const void *context);
 const struct gen_mesh *gen_part_mesh(const struct gen_world *w, int part);
 /** Centre and greatest extent of the parts before placement. */
 void gen_object_extent(const struct gen_world *w, int object, struct pbnds_vec3 *centre,
@@ -105,6 +121,9 @@ bool gen_material_textured(const struct gen_material *m);
 int gen_world_material(struct gen_world *w, const struct gen_material *material);
 /** Encodes and keeps an image. @return its index, -1 when there is no room */
 int gen_world_image(struct gen_world *w, const uint8_t *rgb, int width, int height);
+/** The same in a fraction of the time, the file a little larger: for worlds, which are
+ *  read once. */
+int gen_world_texture(struct gen_world *w, const uint8_t *rgb, int width, int height);
 
 /** Appends the binary glTF 2.0 file of the world. @return false when memory ran out, here
  *  or while the world was made */

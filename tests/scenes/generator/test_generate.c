@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "engine/core/parallel.h"
 #include "engine/scene/gltf.h"
 #include "scenes/generator/generate.h"
 
@@ -89,6 +90,7 @@ static void a_light_map_is_a_function_of_seed_and_index(void **state)
 
 int main(void)
 {
+    pbnds_set_threads(1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_world_is_a_function_of_seed_and_index),
         cmocka_unit_test(a_world_loads_without_a_word),
