@@ -139,27 +139,54 @@ static enum pbnds_status dry_run(const struct tool_options *options,
     return PBNDS_OK;
 }
 
+/* What there is now, and what came of this run, over all ranks. */
 static enum pbnds_status print_made(const struct tool_options *options,
-                                    struct pbnds_error *error)
+                                    const struct pbnds_dataset_summary *summary,
+                                    double seconds, struct pbnds_error *error)
 {
-    int made[PBNDS_SPLIT_COUNT];
+    int there[PBNDS_SPLIT_COUNT];
     for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
         struct pbnds_sample_list list;
         PBNDS_TRY(
             pbnds_dataset_list(options->output, (enum pbnds_split)split, &list, error));
-        made[split] = list.count;
+        there[split] = list.count;
         pbnds_sample_list_free(&list);
     }
     if (options->json) {
-        tool_json_result(options->output, 3, "train", (double)made[PBNDS_SPLIT_TRAIN],
-                         "val", (double)made[PBNDS_SPLIT_VAL], "test",
-                         (double)made[PBNDS_SPLIT_TEST]);
+        tool_json_result(options->output, 9, "train", (double)there[PBNDS_SPLIT_TRAIN],
+                         "val", (double)there[PBNDS_SPLIT_VAL], "test",
+                         (double)there[PBNDS_SPLIT_TEST], "made", (double)summary->made,
+                         "kept", (double)summary->kept, "quarantined",
+                         (double)summary->quarantined, "busy", (double)summary->busy,
+                         "seconds", seconds, "complete", (double)summary->complete);
+        return PBNDS_OK;
+    }
+    (void)printf("%s: train %d, val %d, test %d samples", options->output,
+                 there[PBNDS_SPLIT_TRAIN], there[PBNDS_SPLIT_VAL],
+                 there[PBNDS_SPLIT_TEST]);
+    if (summary->made > 0) {
+        (void)printf("; %d made in %.1f s, %.3g a second", summary->made, seconds,
+                     summary->made / seconds);
+    }
+    if (summary->quarantined > 0)
+        (void)printf("; %d cannot be made, see quarantine/", summary->quarantined);
+    if (summary->complete) {
+        (void)printf("; hash %s\n", summary->hash);
     } else {
-        (void)printf("%s: train %d, val %d, test %d samples\n", options->output,
-                     made[PBNDS_SPLIT_TRAIN], made[PBNDS_SPLIT_VAL],
-                     made[PBNDS_SPLIT_TEST]);
+        (void)printf("; not complete yet\n");
     }
     return PBNDS_OK;
+}
+
+/* Adds up what the ranks did. */
+static void sum_up(struct pbnds_dataset_summary *summary)
+{
+    double x[4] = {summary->made, summary->kept, summary->quarantined, summary->busy};
+    pbnds_ranks_sum(x, 4);
+    summary->made = (int)x[0];
+    summary->kept = (int)x[1];
+    summary->quarantined = (int)x[2];
+    summary->busy = (int)x[3];
 }
 
 /* Every rank makes its part, waits for the others, and the first one tells. */
@@ -172,13 +199,18 @@ static enum pbnds_status make(const struct tool_options *options,
         .shard = {options->shard[0] + options->shard[1] * rank,
                   options->shard[1] * ranks},
         .retry = options->retry};
+    struct pbnds_dataset_summary summary = {0};
+    const double start = tool_seconds();
     if (rank > 0) tool_console_no_progress();
     enum pbnds_status status = tool_folder_check(options->output, error);
     if (status == PBNDS_OK) {
-        status = pbnds_dataset_make(recipe, &how, options->output, tool_report(), NULL,
-                                    error);
+        status = pbnds_dataset_make(recipe, &how, options->output, tool_report(),
+                                    &summary, error);
     }
     const int worst = pbnds_ranks_max(status == PBNDS_OK ? 0 : 1);
+    sum_up(&summary);
+    /* The rank that came last wrote the manifest. */
+    const bool complete = pbnds_ranks_max(summary.complete) != 0;
     if (status != PBNDS_OK) return status;
     if (rank > 0) return PBNDS_OK;
     if (worst != 0) {
@@ -186,7 +218,11 @@ static enum pbnds_status make(const struct tool_options *options,
                           "%s: another process could not make its part",
                           options->output);
     }
-    return print_made(options, error);
+    if (complete && !summary.complete) {
+        summary.complete = true;
+        PBNDS_TRY(pbnds_dataset_hash(options->output, summary.hash, error));
+    }
+    return print_made(options, &summary, tool_seconds() - start, error);
 }
 
 static enum pbnds_status run(const struct tool_options *options,
