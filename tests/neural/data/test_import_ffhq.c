@@ -564,6 +564,10 @@ static void split_files_decide(void **state)
     assert_int_equal(pbnds_import_ffhq(SET, DATA, &nothing_said, NULL, &result, &error),
                      PBNDS_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "picture 41"));
+    put(SET "/train.txt", "00040\n00042\n"); /* as many, of the same pictures */
+    put(SET "/test.txt", "00041\n");
+    assert_int_equal(pbnds_import_ffhq(SET, DATA, &nothing_said, NULL, &result, &error),
+                     PBNDS_ERROR_ARGUMENT);
     put(SET "/test.txt", "00043\n");
     assert_int_equal(pbnds_import_ffhq(SET, DATA, &nothing_said, NULL, &result, &error),
                      PBNDS_ERROR_ARGUMENT);
