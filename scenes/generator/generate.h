@@ -24,7 +24,7 @@
 
 /** Goes up with every change that makes other worlds or light maps of the same (seed,
  *  index): a data set records it, and goes on only with the same. */
-enum { PBNDS_WORLD_VERSION = 2 };
+enum { PBNDS_WORLD_VERSION = 3 };
 
 #if defined(__GNUC__)
 #define PBNDS_GENERATE_API __attribute__((visibility("default")))

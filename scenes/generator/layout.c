@@ -291,7 +291,7 @@ static void hanging(struct gen_world *w, struct pbnds_rng *r)
 {
     const int count = gen_between(r, 1, 7);
     const struct gen_maker k = maker(w, r, count);
-    const float height = gen_uniform(r, 0.8f, 1.6f), half = 0.8f;
+    const float height = gen_uniform(r, 0.8f, 1.4f), half = 0.2f + 0.1f * (float)count;
     const int place = gen_below(r, 3);
     if (place == 0) (void)gen_random_room(&k, 1.1f, gen_between(r, 1, 3));
     if (place == 1) (void)gen_random_ground(&k, 1.0f);
@@ -383,6 +383,7 @@ static void array(struct gen_world *w, struct pbnds_rng *r)
     const size_t most = 110000 / (triangles(w, first) + 1);
     int count = gen_between(r, 4, 24);
     if ((size_t)count > most) count = most > 2 ? (int)most : 2;
+    if (shape == 0 && count > 8) count = 8;
     const int side = (int)ceilf(sqrtf((float)count));
     const float rise = gen_chance(r, 0.6f) ? 0.0f : gen_uniform(r, 0.02f, 0.12f);
     const float recolor = gen_chance(r, 0.5f) ? 0.0f : 0.7f;

@@ -65,6 +65,10 @@ void gen_build_wheel(const struct gen_maker *k);
 void gen_build_pixels(const struct gen_maker *k);
 void gen_build_frame(const struct gen_maker *k);
 void gen_build_relief(const struct gen_maker *k);
+/* objects_built.c: put together on purpose */
+void gen_build_building(const struct gen_maker *k);
+void gen_build_vehicle(const struct gen_maker *k);
+void gen_build_seat(const struct gen_maker *k);
 /* objects_ware.c: of the household */
 void gen_build_cup(const struct gen_maker *k);
 void gen_build_pot(const struct gen_maker *k);

@@ -169,12 +169,12 @@ static void every_kind_of_thing_is_there(void **state)
 {
     (void)state;
     static const char *const things[] = {
-        "basic",      "vase",   "rock",  "blob",    "symmetric", "carved",  "head",
-        "helmet",     "figure", "cloth", "stairs",  "arch",      "column",  "clutter",
-        "tablecloth", "table",  "tuft",  "lattice", "machine",   "wire",    "cage",
-        "chain",      "rope",   "tree",  "plate",   "wheel",     "pixels",  "frame",
-        "relief",     "cup",    "pot",   "bottle",  "lamp",      "candles", "fruit",
-        "bolt",       "book",   "discs", "mushroom"};
+        "basic",      "vase",   "rock",  "blob",     "symmetric", "carved",  "head",
+        "helmet",     "figure", "cloth", "stairs",   "arch",      "column",  "clutter",
+        "tablecloth", "table",  "tuft",  "lattice",  "machine",   "wire",    "cage",
+        "chain",      "rope",   "tree",  "plate",    "wheel",     "pixels",  "frame",
+        "relief",     "cup",    "pot",   "bottle",   "lamp",      "candles", "fruit",
+        "bolt",       "book",   "discs", "mushroom", "building",  "vehicle", "seat"};
     for (size_t i = 0; i < sizeof things / sizeof things[0]; ++i) {
         if (!worlds_with(&seen.things, things[i]))
             fail_msg("no world has '%s'", things[i]);
