@@ -277,6 +277,37 @@ class Materials:
         t.put(n.inputs["Color"], t.add(scaled, half))
         return n.outputs["Normal"]
 
+    def cos_of_bent(self, t, normal):
+        """dot(n, wo) of the normal that shades in pbnds: bent where its mirror direction lies
+        below the face (engine/scene/surface.c, leave_face()). Cycles bends the normal of its
+        closures itself, by a rule of its own; only the tables have to be told."""
+        geometry = t.node("ShaderNodeNewGeometry")
+        wo, ng = geometry.outputs["Incoming"], geometry.outputs["True Normal"]
+
+        def dot(a, b):
+            return t.vector("DOT_PRODUCT", a, b)
+
+        def times(a, b):
+            return t.math("MULTIPLY", a, b)
+
+        def root(a):
+            return t.math("SQRT", t.math("MAXIMUM", a, 0.0))
+
+        eye, up, cos = dot(wo, ng), dot(normal, ng), dot(normal, wo)
+        h = t.math("MINIMUM", 0.01, times(0.5, eye))
+        x = t.vector("NORMALIZE", t.vector("SUBTRACT", normal, t.mul(ng, up)))
+        b = dot(wo, x)
+        square = t.math("ADD", times(eye, eye), times(b, b))
+        rest = times(b, root(t.math("SUBTRACT", square, times(h, h))))
+        c = t.math("DIVIDE", t.math("SUBTRACT", times(eye, h), rest), square)
+        half = times(0.5, c)
+        bent = t.math("ADD", times(eye, root(t.math("ADD", 0.5, half))),
+                      times(b, root(t.math("SUBTRACT", 0.5, half))))
+        mirror = t.math("SUBTRACT", times(2.0, times(cos, up)), eye)
+        hidden = t.math("LESS_THAN", mirror, h)
+        kept = times(t.math("SUBTRACT", 1.0, hidden), cos)
+        return t.math("MAXIMUM", t.math("ADD", times(hidden, bent), kept), 0.0)
+
     def emission(self, mh, t):
         factor = mh.pymat.emissive_factor or [0.0, 0.0, 0.0]
         extension = (mh.pymat.extensions or {}).get("KHR_materials_emissive_strength") or {}
@@ -323,9 +354,7 @@ class Materials:
         Specular: Principled as a metal, whose Fresnel term is one of wo.h, scaled to stay
         below pbnds' albedo, and a plain GGX for the rest."""
         normal = self.normal(mh, t)
-        geometry = t.node("ShaderNodeNewGeometry")
-        cos_o = t.math("MAXIMUM", t.vector("DOT_PRODUCT", normal, geometry.outputs["Incoming"]),
-                       0.0)
+        cos_o = self.cos_of_bent(t, normal)
         first, second, plain = self.look_up(t, self.ours, cos_o, roughness)
         their_first, their_second, _ = self.look_up(t, self.theirs, cos_o, roughness)
         narrowest = t.math("MAXIMUM", roughness, math.sqrt(ALPHA_MIN))

@@ -20,6 +20,8 @@ enum { PBNDS_LANES = 16 };
 
 /** Least cosine between a shading normal and the eye. */
 #define PBNDS_FACING 1e-3f
+/** Least cosine between the face and the eye's mirror direction about a shading normal. */
+#define PBNDS_LEAVING 1e-2f
 
 /** floor() of |x| < 2^31 without the library call that SSE2 needs for floorf(). */
 static inline int pbnds_floor_int(float x)

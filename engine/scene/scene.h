@@ -157,7 +157,9 @@ struct pbnds_surface {
     struct pbnds_vec3 position;
     struct pbnds_vec3 ng; /**< unit geometric normal, dot(ng, wo) >= 0            */
     struct pbnds_vec3 n;  /**< unit shading normal (normal map applied), in ng's
-                                     hemisphere and made to face wo (contract)          */
+                                     hemisphere, made to face wo (contract) and to mirror
+                                     wo above the face: dot(2 dot(n, wo) n - wo, ng) is
+                                     at least 0.01, or half of dot(ng, wo)              */
     struct pbnds_vec3 base_color, emission;
     float metallic, roughness;
     struct pbnds_vec3

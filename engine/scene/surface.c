@@ -229,7 +229,34 @@ struct pbnds_vec3 pbnds_face_eye(struct pbnds_vec3 n, struct pbnds_vec3 wo)
         wo, PBNDS_FACING);
 }
 
-/* The shading normal: interpolated, mapped, above the face and facing the eye. */
+/* n, or, where the face would hide what a smooth surface mirrors, n bent toward the face's
+ * normal until it just does not. With n at the angle phi from ng, toward x, and wo.ng = a,
+ * wo.x = b, R^2 = a^2 + b^2, the mirror direction 2 (n.wo) n - wo rises
+ *     a cos(2 phi) + b sin(2 phi)
+ * above the face: a = 0 or more at phi = 0, and the greatest angle at which it is h has
+ *     cos(2 phi) = (a h - b sqrt(R^2 - h^2)) / R^2.
+ * h is PBNDS_LEAVING, or a / 2 where that is less: n = ng is never bent. The result is
+ * continuous in n and wo, and faces the eye, for (n.wo) (n.ng) = (a + h) / 2. */
+static struct pbnds_vec3 leave_face(struct pbnds_vec3 n, struct pbnds_vec3 ng,
+                                    struct pbnds_vec3 wo)
+{
+    const float a = pbnds_dot(wo, ng), up = pbnds_dot(n, ng);
+    const float h = fminf(PBNDS_LEAVING, 0.5f * a);
+    if (2.0f * pbnds_dot(n, wo) * up - a >= h) return n;
+    struct pbnds_vec3 x = pbnds_mad(n, ng, -up);
+    if (!(pbnds_dot(x, x) > 1e-12f)) return n;
+    x = pbnds_normalize(x);
+    const float b = pbnds_dot(wo, x), square = a * a + b * b;
+    if (!(square > 1e-12f)) return n;
+    const float c = pbnds_clamp(
+        (a * h - b * sqrtf(fmaxf(square - h * h, 0.0f))) / square, -1.0f, 1.0f);
+    return unit_or(
+        pbnds_mad(pbnds_scale(ng, sqrtf(0.5f + 0.5f * c)), x, sqrtf(0.5f - 0.5f * c)),
+        n);
+}
+
+/* The shading normal: interpolated, mapped, above the face, facing the eye, and such that
+ * the face does not hide what it mirrors. */
 static struct pbnds_vec3 shading_normal(const struct pbnds_scene *scene,
                                         const struct triangle *t,
                                         struct pbnds_vec3 face, struct pbnds_vec3 ng,
@@ -246,7 +273,7 @@ static struct pbnds_vec3 shading_normal(const struct pbnds_scene *scene,
     const float above = pbnds_dot(n, ng);
     if (above < 0.0f) n = unit_or(pbnds_mad(n, ng, -above), ng);
     /* Turning toward wo keeps n above the face, as dot(wo, ng) >= 0. */
-    return pbnds_face_eye(n, wo);
+    return pbnds_face_eye(leave_face(n, ng, wo), wo);
 }
 
 static float unit(float x)

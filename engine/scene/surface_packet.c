@@ -246,8 +246,12 @@ static inline void normals(struct group *g, const struct pbnds_ray_packet *rays,
         n = pbnds_scale(n, pbnds_dot(smooth, ng) < 0.0f ? -1.0f : 1.0f);
         put3(s->n, k, n);
         const int above = pbnds_dot(n, ng) < 0.0f ? 0 : 1;
-        const int facing = pbnds_dot(n, wo) > 0.5f * PBNDS_FACING ? 1 : 0;
-        g->odd[k] |= odd | (1 - (above & facing));
+        const float cosine = pbnds_dot(n, wo);
+        const int facing = cosine > 0.5f * PBNDS_FACING ? 1 : 0;
+        /* More than leave_face() asks for: another rounding must not let one through. */
+        const float mirror = 2.0f * cosine * pbnds_dot(n, ng) - pbnds_dot(wo, ng);
+        const int leaves = mirror > 1.5f * PBNDS_LEAVING ? 1 : 0;
+        g->odd[k] |= odd | (1 - (above & facing & leaves));
     }
 }
 

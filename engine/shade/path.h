@@ -10,6 +10,11 @@
  * alone, unlit surfaces by the second alone. From the fourth surface on a path goes on
  * with probability min(max throughput, 0.95) and is weighed by its inverse.
  *
+ * Normals. Light that comes from below the shading normal or below the face is none. So
+ * that what a smooth surface mirrors is not lost there, pbnds_scene_surface() has bent the
+ * normal until its mirror direction leaves the face; the same normal is in the G-buffer,
+ * and every shader has it. It depends on wo: the BSDF is reciprocal, a bent point is not.
+ *
  * The one bias: a path visits at most max_bounces surfaces after the first. Of a closed
  * room whose walls reflect a share a of the light, a^(max_bounces + 1) is missing. Nothing
  * is clamped.

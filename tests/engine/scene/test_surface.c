@@ -233,6 +233,44 @@ static void face_eye_is_the_smallest_turn(void **state)
     assert_near(pbnds_dot(pbnds_face_eye(away, wo), wo), 1.0, 1e-6);
 }
 
+/* What a surface mirrors must not lie below its face. */
+static void a_normal_is_bent_until_its_mirror_leaves_the_face(void **state)
+{
+    (void)state;
+    struct square s;
+    make_square(&s);
+    s.mesh->tangent = s.tangent;
+    s.material->normal_texture.texture = plain_texture(&s, 0.8f, 0.5f, 0.9f, 1.0f);
+    /* Mirrored at (0.6, 0, 0.8), this eye sees (0.936, 0, -0.352). The half vector by hand
+     * of it and of a mirror direction 0.01 above the face: */
+    const struct pbnds_vec3 low = {-0.6f, 0.0f, 0.8f};
+    const double x = sqrt(1.0 - 1e-4) - 0.6, z = 0.01 + 0.8;
+    const double length = sqrt(x * x + z * z);
+    assert_vec(look(&s, 0, 0.3f, 0.3f, low).n, x / length, 0.0, z / length, 1e-6);
+    /* From above it is (0.96, 0, 0.28), and there is nothing to bend. */
+    assert_vec(look(&s, 0, 0.3f, 0.3f, up_z).n, 0.6, 0.0, 0.8, 1e-6);
+    /* Out of the plane of n and the face: toward the face, and no further than needed. */
+    const struct pbnds_vec3 wo = pbnds_normalize(pbnds_vec3_make(-0.6f, 0.5f, 0.6f));
+    const struct pbnds_vec3 m = look(&s, 0, 0.3f, 0.3f, wo).n;
+    assert_near(m.y, 0.0, 1e-7);
+    assert_true(m.x > 0.0f && m.x < 0.6f);
+    assert_near(2.0f * pbnds_dot(m, wo) * m.z - wo.z, 0.01, 1e-6);
+    /* A normal that looks away from the eye: seen, and not just so. */
+    const struct pbnds_vec3 lower = pbnds_normalize(pbnds_vec3_make(-0.9f, 0.0f, 0.3f));
+    const struct pbnds_vec3 away = look(&s, 0, 0.3f, 0.3f, lower).n;
+    assert_near(2.0f * pbnds_dot(away, lower) * away.z - lower.z, 0.01, 1e-6);
+    assert_true(pbnds_dot(away, lower) > 0.5f * lower.z);
+    /* A face without a map keeps its normal at the most grazing view. */
+    s.material->normal_texture.texture = -1;
+    for (float height = 1e-1f; height > 1e-6f; height *= 0.1f) {
+        const struct pbnds_vec3 grazing =
+            pbnds_normalize(pbnds_vec3_make(1.0f, 0.0f, height));
+        const struct pbnds_vec3 flat = look(&s, 0, 0.3f, 0.3f, grazing).n;
+        if (height > 2e-3f) assert_vec(flat, 0.0, 0.0, 1.0, 0.0);
+        assert_vec(flat, 0.0, 0.0, 1.0, 2e-3);
+    }
+}
+
 static void assert_sound(const struct pbnds_surface *q, struct pbnds_vec3 wo)
 {
     assert_near(pbnds_length(q->n), 1.0, 2e-6);
@@ -240,6 +278,9 @@ static void assert_sound(const struct pbnds_surface *q, struct pbnds_vec3 wo)
     assert_true(pbnds_dot(q->ng, wo) >= 0.0f);
     assert_true(pbnds_dot(q->n, wo) > 4e-4f);
     assert_true(pbnds_dot(q->n, q->ng) >= -1e-5f);
+    const float eye = pbnds_dot(wo, q->ng);
+    const float mirror = 2.0f * pbnds_dot(q->n, wo) * pbnds_dot(q->n, q->ng) - eye;
+    assert_true(mirror >= fminf(0.01f, 0.5f * eye) - 1e-4f);
     assert_true(isfinite(q->position.x + q->position.y + q->position.z));
     assert_true(isfinite(pbnds_max3(q->base_color) + pbnds_max3(q->emission)));
 }
@@ -465,6 +506,7 @@ int main(void)
         cmocka_unit_test(tangents_follow_from_uvs),
         cmocka_unit_test(a_vertex_normal_against_the_winding_is_turned),
         cmocka_unit_test(face_eye_is_the_smallest_turn),
+        cmocka_unit_test(a_normal_is_bent_until_its_mirror_leaves_the_face),
         cmocka_unit_test(normals_are_sound_whatever_the_mesh),
         cmocka_unit_test(tiny_triangles_keep_their_normal),
         cmocka_unit_test(values_stay_in_range),
