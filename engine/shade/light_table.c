@@ -46,7 +46,9 @@ static double punctual_power(const struct powers *powers,
     case PBNDS_LIGHT_SPOT:
         /* a spot may be a needle: it must not become nothing */
         return intensity * two_pi *
-               fmax(1.0 - 0.5 * (double)(light->cos_inner + light->cos_outer), 1e-4);
+               fmax(1.0 - (2.0 * (double)light->cos_inner + (double)light->cos_outer) /
+                              3.0,
+                    1e-4);
     }
     return 0.0;
 }

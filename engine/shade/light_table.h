@@ -4,8 +4,9 @@
  * drawn by estimated power from a single table.
  *
  * Power, luminance, in W: the map through the scene's bounding sphere of radius r,
- * 4 pi^2 r^2 mean(L); a directional light pi r^2 E; a point 4 pi I; a spot 2 pi (1 - (cos
- * inner + cos outer) / 2) I; a triangle 2 pi A mean(L) (light_emissive.h). Power says
+ * 4 pi^2 r^2 mean(L); a directional light pi r^2 E; a point 4 pi I; a spot 2 pi (1 - (2 cos
+ * inner + cos outer) / 3) I, the integral of its falloff, a ramp squared (light_punctual.h);
+ * a triangle 2 pi A mean(L) (light_emissive.h). Power says
  * nothing of what can be seen from where, so a quarter of the choices is shared evenly
  * between the kinds that are there, and a tenth of a kind's between its punctual lights:
  * those are found in no other way and must never be left out.

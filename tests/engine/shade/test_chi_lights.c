@@ -1,6 +1,16 @@
 /* Directions toward the lights of a scene against their density: one emitting triangle,
- * and the choice between the light map and all triangles. Lights of the file have one
- * direction each and no density. */
+ * and the choice between the light map and all triangles; and which light is chosen, of all
+ * kinds, against its probability.
+ *
+ * Points, spots and directional lights have no density to test over directions. From a
+ * point of a surface each is seen in one direction, a spot too: its cone says who is lit,
+ * not from where. Nothing is drawn there, nor is light ever followed from its source, so
+ * what a spot draws by is the choice alone, in proportion to its power (the power itself:
+ * test_light_table.c).
+ *
+ * The other samplers: the map in tests/engine/scene/test_chi_envmap.c, lobes in
+ * test_chi_bsdf.c, test_chi_ggx.c and test_chi_blinn_phong.c; the numbers that all of them
+ * use in test_sampler.c. */
 #include "engine/shade/light_table.h"
 #include "tests/engine/shade/chi_squared.h"
 #include "tests/engine/shade/fixture.h"
@@ -74,7 +84,7 @@ static void lamps(struct fixture *f)
     fixture_scene(f, meshes, 3, m, 2);
 }
 
-enum { RUNS = 5 };
+enum { RUNS = 6 };
 
 static void run(const struct fixture *f, size_t triangle, uint64_t seed,
                 const char *what)
@@ -114,11 +124,59 @@ static void the_choice_of_lights_does_too(void **state)
     fixture_free(&f);
 }
 
+/* Cells are the lights instead of bins of directions. */
+static void each_light_is_chosen_as_often_as_it_says(void **state)
+{
+    (void)state;
+    static const struct pbnds_light lights[5] = {
+        {.kind = PBNDS_LIGHT_SPOT, .cos_inner = 0.99f, .cos_outer = 0.97f},
+        {.kind = PBNDS_LIGHT_SPOT, .cos_inner = 0.8f, .cos_outer = -0.2f},
+        {.kind = PBNDS_LIGHT_POINT},
+        {.kind = PBNDS_LIGHT_DIRECTIONAL},
+        {.kind = PBNDS_LIGHT_SPOT, .cos_inner = 1.0f, .cos_outer = 0.999999f}};
+    enum { LIGHTS = 5, TRIANGLES = 6, CELLS = 1 + LIGHTS + TRIANGLES };
+    struct chi_cell cells[CELLS] = {{0.0, 0.0}};
+    struct fixture f;
+    struct pbnds_error error;
+    struct pbnds_light_table table;
+    lamps(&f);
+    fixture_light(&f, 20, light_sunny);
+    f.scene.lights = must_alloc(LIGHTS, sizeof *lights);
+    memcpy(f.scene.lights, lights, sizeof lights);
+    f.scene.light_count = LIGHTS;
+    for (int i = 0; i < LIGHTS; ++i) {
+        f.scene.lights[i].intensity = pbnds_splat(1.0f + (float)i);
+        f.scene.lights[i].direction = pbnds_vec3_make(0.0f, -1.0f, 0.0f);
+        f.scene.lights[i].range = INFINITY;
+    }
+    must(pbnds_light_table_create(&f.scene, f.envmap, &table, &error), &error);
+    assert_int_equal(table.count, CELLS);
+    for (uint64_t i = 0; i < CHI_SAMPLES; ++i) {
+        struct pbnds_rng rng = pbnds_rng_make(40, 0, i);
+        const uint32_t bits = (uint32_t)(pbnds_rng_u64(&rng) >> 32);
+        const struct pbnds_light_choice c = pbnds_light_table_choose(&table, bits);
+        const size_t entry = c.kind == PBNDS_LIGHT_CLASS_MAP        ? 0
+                             : c.kind == PBNDS_LIGHT_CLASS_PUNCTUAL ? 1 + c.index
+                                                                    : 6 + c.index;
+        cells[entry].observed += 1.0;
+        cells[entry].expected = (double)c.probability * CHI_SAMPLES;
+    }
+    double total = 0.0;
+    for (int i = 0; i < CELLS; ++i)
+        total += cells[i].expected;
+    assert_near(total, CHI_SAMPLES, 1.0);
+    const double p = chi_statistic(cells, CELLS);
+    if (!(p >= chi_threshold(RUNS))) fail_msg("p = %g", p);
+    pbnds_light_table_free(&table);
+    fixture_free(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(points_on_a_triangle_follow_their_density),
         cmocka_unit_test(the_choice_of_lights_does_too),
+        cmocka_unit_test(each_light_is_chosen_as_often_as_it_says),
     };
     return cmocka_run_group_tests_name("engine/shade/chi_lights", tests, NULL, NULL);
 }

@@ -2,6 +2,7 @@
 #include "engine/shade/light_table.h"
 
 #include "engine/core/rng.h"
+#include "engine/shade/light_punctual.h"
 #include "engine/shade/sampler.h"
 #include "tests/engine/shade/fixture.h"
 
@@ -114,6 +115,58 @@ static void choices_follow_power(void **state)
                 0.75 * emitted / all + 0.25 / 3.0, 1e-3);
     pbnds_light_table_free(&table);
     fixture_free(&f);
+}
+
+/* Mean over all directions of what arrives one metre off, next to a point light's. */
+static double mean_irradiance(const struct pbnds_light *light)
+{
+    enum { RINGS = 400, AROUND = 64 };
+    double sum = 0.0;
+    for (int i = 0; i < RINGS * AROUND; ++i) {
+        const double z = 1.0 - 2.0 * (i / AROUND + 0.5) / RINGS;
+        const double r = sqrt(1.0 - z * z),
+                     phi = 2.0 * (double)PBNDS_PI * (i % AROUND) / AROUND;
+        const struct pbnds_vec3 p = {(float)(r * cos(phi)), (float)(r * sin(phi)),
+                                     (float)z};
+        struct pbnds_punctual arriving;
+        if (pbnds_light_punctual(light, p, &arriving))
+            sum += (double)arriving.irradiance.x;
+    }
+    return sum / (RINGS * AROUND);
+}
+
+/* A spot is chosen as often as a point light of its intensity would be, times the share of
+ * the sphere that its falloff lights. */
+static void a_spot_counts_by_what_it_sends(void **state)
+{
+    (void)state;
+    static const float cones[][2] = {
+        {1.0f, 0.5f}, {0.9f, 0.85f}, {0.6f, -0.7f}, {0.2f, 0.1f}};
+    for (size_t i = 0; i < sizeof cones / sizeof cones[0]; ++i) {
+        const struct pbnds_light lights[2] = {
+            {.kind = PBNDS_LIGHT_POINT, .intensity = {1, 1, 1}, .range = INFINITY},
+            {.kind = PBNDS_LIGHT_SPOT,
+             .intensity = {1, 1, 1},
+             .range = INFINITY,
+             .direction = {0.0f, 0.6f, 0.8f},
+             .cos_inner = cones[i][0],
+             .cos_outer = cones[i][1]}};
+        struct fixture f;
+        struct pbnds_light_table table;
+        const struct pbnds_material m = matte(0.5f);
+        const struct pbnds_mesh mesh = floor_at(0.0f, 1.0f, 0);
+        fixture_scene(&f, &mesh, 1, &m, 1);
+        add_lights(&f, lights, 2);
+        make(&f, &table);
+        const double share = mean_irradiance(&lights[1]) / mean_irradiance(&lights[0]);
+        const struct pbnds_light_choice spot =
+            pbnds_light_table_choose(&table, UINT32_MAX);
+        assert_int_equal(spot.kind, PBNDS_LIGHT_CLASS_PUNCTUAL);
+        assert_int_equal(spot.index, 1);
+        assert_near(spot.probability, 0.9 * share / (1.0 + share) + 0.05, 1e-3);
+        pbnds_light_table_free(&table);
+        fixture_free(&f);
+    }
 }
 
 static void one_light_needs_no_choice(void **state)
@@ -299,6 +352,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_list_holds_what_emits),
         cmocka_unit_test(choices_follow_power),
+        cmocka_unit_test(a_spot_counts_by_what_it_sends),
         cmocka_unit_test(one_light_needs_no_choice),
         cmocka_unit_test(a_hundred_thousand_triangles),
         cmocka_unit_test(points_fill_the_triangle),
