@@ -93,7 +93,8 @@ int pbnds_drawer_count(const struct pbnds_drawer *drawer, enum pbnds_split split
 {
     const int *count = drawer->recipe->count;
     if (!drawer->recipe->every_split) return count[split];
-    if (split != PBNDS_SPLIT_TRAIN) return is_filled(drawer, split) ? count[split] : 0;
+    if (split != PBNDS_SPLIT_TRAIN)
+        return is_filled(drawer, (int)split) ? count[split] : 0;
     int sum = count[PBNDS_SPLIT_TRAIN];
     for (int s = PBNDS_SPLIT_VAL; s < PBNDS_SPLIT_COUNT; ++s)
         sum += is_filled(drawer, s) ? 0 : count[s];
