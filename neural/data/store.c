@@ -434,38 +434,38 @@ static void sweep(const struct pbnds_store *s)
     pbnds_store_sweep(s->dir);
 }
 
-static enum pbnds_status finish(struct pbnds_store *store, bool *complete,
-                                struct pbnds_error *error)
+/* Under the lock. */
+static enum pbnds_status finish(struct pbnds_store *s, struct pbnds_manifest *manifest,
+                                bool *complete, struct pbnds_error *error)
 {
-    struct pbnds_manifest *manifest;
-    PBNDS_TRY(pbnds_manifest_begin(store->dir, &manifest, error));
     enum pbnds_status status = PBNDS_OK;
-    const int units = pbnds_store_units(store);
+    const int units = pbnds_store_units(s);
     *complete = true;
     for (int n = 0; n < units && status == PBNDS_OK && *complete; ++n)
-        status = add_unit(store, n, manifest, complete, error);
-    if (status == PBNDS_OK && *complete) {
-        sweep(store);
-        status = pbnds_manifest_write(manifest, store->dir, error);
-    }
-    pbnds_manifest_free(manifest);
-    pbnds_tar_index_free(&store->tar);
-    return status;
+        status = add_unit(s, n, manifest, complete, error);
+    pbnds_tar_index_free(&s->tar);
+    if (status != PBNDS_OK || !*complete) return status;
+    sweep(s);
+    return pbnds_manifest_write(manifest, s->dir, error);
 }
 
 enum pbnds_status pbnds_store_finish(struct pbnds_store *store, bool *complete,
                                      struct pbnds_error *error)
 {
+    /* Reads dataset.json, and to close any descriptor of it drops every lock. */
+    struct pbnds_manifest *manifest;
     *complete = false;
+    PBNDS_TRY(pbnds_manifest_begin(store->dir, &manifest, error));
     enum pbnds_status status = PBNDS_OK;
     /* One process at a time, and none at work: it sweeps what others would be writing. The
      * last one to leave its last unit finds nobody. */
     (void)lock(store, 0, 1, F_WRLCK, true);
     if (lock(store, 1, 0, F_WRLCK, false)) {
-        status = finish(store, complete, error);
+        status = finish(store, manifest, complete, error);
         (void)lock(store, 1, 0, F_UNLCK, false);
     }
     (void)lock(store, 0, 1, F_UNLCK, false);
+    pbnds_manifest_free(manifest);
     return status;
 }
 
