@@ -232,14 +232,15 @@ static enum pbnds_status make_all(struct maker *m, struct pbnds_error *error)
         return pbnds_fail(error, sum->status, "no sample could be made; the first: %s",
                           sum->reason);
     }
+    if (m->fault.message[0]) {
+        return pbnds_fail(
+            error, PBNDS_ERROR_IO,
+            "%s: not all could be written, give the command again to have "
+            "the rest; the first: %s",
+            m->dir, m->fault.message);
+    }
     PBNDS_TRY(pbnds_store_finish(m->store, &sum->complete, error));
-    if (sum->complete) PBNDS_TRY(pbnds_dataset_hash(m->dir, sum->hash, error));
-    if (!m->fault.message[0]) return PBNDS_OK;
-    return pbnds_fail(
-        error, PBNDS_ERROR_IO,
-        "%s: not all could be written, give the command again to have the "
-        "rest; the first: %s",
-        m->dir, m->fault.message);
+    return sum->complete ? pbnds_dataset_hash(m->dir, sum->hash, error) : PBNDS_OK;
 }
 
 static enum pbnds_status open_store(struct maker *m, struct pbnds_error *error)

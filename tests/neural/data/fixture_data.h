@@ -15,26 +15,19 @@
 #include "engine/image/exr.h"
 #include "neural/data/dataset.h"
 
-/* A tetrahedron on a triangle of ground, non-indexed, positions only, as a data URI. */
-static inline void fixture_gltf(const char *path, float height)
+/* A tetrahedron on a triangle of ground: 15 points of 12 bytes. */
+static inline void fixture_points(float height, unsigned char bytes[180])
 {
     const float v[15][3] = {
         {-2, 0, 2},     {2, 0, 2},      {0, 0, -3},   {-1, .1f, 1},   {1, .1f, 1},
         {0, height, 0}, {1, .1f, 1},    {0, .1f, -1}, {0, height, 0}, {0, .1f, -1},
         {-1, .1f, 1},   {0, height, 0}, {-1, .1f, 1}, {0, .1f, -1},   {1, .1f, 1}};
-    static const char DIGITS[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    unsigned char bytes[sizeof v];
     memcpy(bytes, v, sizeof v);
-    char base64[4 * sizeof v / 3 + 1];
-    size_t n = 0;
-    for (size_t i = 0; i < sizeof v; i += 3) { /* 180 bytes: a multiple of three */
-        const unsigned w =
-            (unsigned)bytes[i] << 16 | (unsigned)bytes[i + 1] << 8 | bytes[i + 2];
-        for (unsigned k = 0; k < 4; ++k)
-            base64[n++] = DIGITS[w >> (18 - 6 * k) & 63u];
-    }
-    base64[n] = 0;
+}
+
+/* Non-indexed, positions only, from a buffer of fixture_points(). */
+static inline void fixture_gltf_of(const char *path, const char *uri)
+{
     char text[2048];
     const int length =
         snprintf(text, sizeof text,
@@ -44,10 +37,29 @@ static inline void fixture_gltf(const char *path, float height)
                  "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":15,"
                  "\"type\":\"VEC3\",\"min\":[-2,0,-3],\"max\":[2,3,2]}],"
                  "\"bufferViews\":[{\"buffer\":0,\"byteLength\":180}],\"buffers\":[{"
-                 "\"byteLength\":180,"
-                 "\"uri\":\"data:application/octet-stream;base64,%s\"}]}",
-                 base64);
+                 "\"byteLength\":180,\"uri\":\"%s\"}]}",
+                 uri);
     assert_int_equal(pbnds_file_write(path, text, (size_t)length, NULL), PBNDS_OK);
+}
+
+/* The same with the points as a data URI. */
+static inline void fixture_gltf(const char *path, float height)
+{
+    unsigned char bytes[180];
+    fixture_points(height, bytes);
+    static const char DIGITS[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    char uri[64 + 4 * sizeof bytes / 3 + 1] = "data:application/octet-stream;base64,";
+    char *base64 = uri + strlen(uri);
+    size_t n = 0;
+    for (size_t i = 0; i < sizeof bytes; i += 3) { /* 180 bytes: a multiple of three */
+        const unsigned w =
+            (unsigned)bytes[i] << 16 | (unsigned)bytes[i + 1] << 8 | bytes[i + 2];
+        for (unsigned k = 0; k < 4; ++k)
+            base64[n++] = DIGITS[w >> (18 - 6 * k) & 63u];
+    }
+    base64[n] = 0;
+    fixture_gltf_of(path, uri);
 }
 
 static inline void fixture_light(const char *path, int lamp)
