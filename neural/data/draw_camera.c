@@ -201,7 +201,7 @@ static enum pbnds_shot_kind draw_kind(const struct stage *stage, struct pbnds_rn
         [PBNDS_SHOT_SCENE] = s->room ? 0.3f : 1.0f,
         [PBNDS_SHOT_OBJECT] = s->count > 1 ? s->upright ? 0.2f : 1.0f : 0.0f,
         [PBNDS_SHOT_PORTRAIT] = s->upright ? 1.5f : 0.0f,
-        [PBNDS_SHOT_DETAIL] = 0.3f,
+        [PBNDS_SHOT_DETAIL] = 0.22f,
         [PBNDS_SHOT_ROOM] = s->room ? 2.0f : 0.0f,
         [PBNDS_SHOT_FILE] = stage->scene->camera_count > 0 ? 0.7f : 0.0f,
     };
@@ -269,7 +269,7 @@ static bool sees_well(const struct stage *stage, const struct pbnds_shot *shot,
     case PBNDS_SHOT_DETAIL:
         return p->covered > 0.5f && p->centre > 0.8f * shot->focus;
     case PBNDS_SHOT_ROOM:
-        return p->subject > 0.04f || p->covered > 0.95f;
+        return p->covered > 0.6f;
     case PBNDS_SHOT_FILE:
     case PBNDS_SHOT_COUNT:
         break;

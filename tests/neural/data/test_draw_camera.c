@@ -92,13 +92,19 @@ static void the_inside_of_a_box_is_known(void **state)
         p.x = -4.0f + 8.0f * pbnds_rng_float(&rng);
         p.y = 0.01f + 2.5f * pbnds_rng_float(&rng);
         p.z = -4.0f + 8.0f * pbnds_rng_float(&rng);
+        if (i % 2) { /* in the tall box */
+            p.x = 0.55f + 0.9f * (p.x + 4.0f) / 8.0f;
+            p.y *= 0.75f;
+            p.z = -0.95f + 0.9f * (p.z + 4.0f) / 8.0f;
+        }
         bool within = false;
         for (int k = 0; k < s.scene.mesh_count; ++k)
             within = within || is_within(p, &s.scene.meshes[k]);
         const struct pbnds_surroundings around =
             pbnds_look_around(&s.scene, s.accel, p);
         assert_int_equal(pbnds_is_inside(&around), within);
-        if (within) assert_int_equal(around.back, PBNDS_SURROUNDING_RAYS);
+        /* below, the ground's face and the box's are one */
+        if (within) assert_true(around.back >= PBNDS_SURROUNDING_RAYS - 4);
     }
     clear(&s);
 }
