@@ -243,6 +243,7 @@ static cJSON *describe(const struct pbnds_dataset_recipe *recipe,
     cJSON *json = cJSON_Duplicate(draw->notes, true);
     cJSON_AddNumberToObject(json, "spp", recipe->spp);
     cJSON_AddNumberToObject(json, "seed", (double)recipe->seed);
+    if (targets->denoised) cJSON_AddTrueToObject(json, "denoised");
     describe_olat(json, recipe, &targets->olat);
     return json;
 }

@@ -8,8 +8,8 @@
  *                   direct.{R,G,B}     of it, what came from no other surface, and what the
  *                                      first one emits
  *                   indirect.{R,G,B}   the rest
- *                   variance.{R,G,B}   of the mean that R, G, B are (pathtrace.h); where
- *                                      the recipe asks
+ *                   variance.{R,G,B}   of the mean that R, G, B are (pathtrace.h), as it
+ *                                      was before any denoising; where the recipe asks
  *                   visibility (uint)  bit i: cluster light i of light.exr is seen
  *                   ao.R               share of a uniform sky's irradiance that arrives
  *                                      (engine/shade/openness.h); where the recipe asks
@@ -21,6 +21,9 @@
  *                   irradiance 1 W m^-2 on a plane that faces it, all bounces, no emission;
  *                   olat_visibility (uint), bit NN: light NN is seen. sample.json lists the
  *                   directions (olat.wi: unit, to the light, world)
+ *
+ * Where the recipe asks, radiance, its parts and the lights of train and val are denoised
+ * (atrous.h), and sample.json says `"denoised": true`; samples of test never are.
  *
  * Light is half where that loses nothing, else float (pack.h), so what a glowing surface
  * reflects is known to 2^-12 of what it emits; the variance is float of 8 significant bits.

@@ -7,6 +7,7 @@
 #include "engine/shade/openness.h"
 #include "engine/shade/pathtrace_olat.h"
 #include "engine/shade/visibility.h"
+#include "neural/data/atrous.h"
 #include "neural/data/olat.h"
 #include "neural/data/pack.h"
 
@@ -77,10 +78,35 @@ static enum pbnds_status render_radiance(const struct rendering *r,
     struct pbnds_targets *t = r->targets;
     struct pbnds_shade_job job = job_of(r, PBNDS_DRAW_TRACE);
     const struct pbnds_pathtrace_options options = {.spp = r->recipe->spp};
-    if (r->recipe->variance) job.variance = &t->variance;
+    if (r->recipe->variance || t->denoised) job.variance = &t->variance;
     const double start = seconds();
     PBNDS_TRY(pbnds_pathtrace(&job, &options, &t->radiance, &t->direct, error));
     t->path_seconds += seconds() - start;
+    return PBNDS_OK;
+}
+
+static void add_emission(struct pbnds_image *image, const struct pbnds_gbuffer *g,
+                         float times)
+{
+    const size_t count = (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < count; ++i) {
+        for (size_t c = 0; c < 3; ++c)
+            image->data[3 * i + c] += times * g->emission[c][i];
+    }
+}
+
+/* Radiance and its direct part by the same weights, so that the rest is what it was. */
+static enum pbnds_status denoise(const struct rendering *r, struct pbnds_error *error)
+{
+    struct pbnds_targets *t = r->targets;
+    struct pbnds_image *const images[2] = {&t->radiance, &t->direct};
+    if (!t->denoised || !t->variance.data) return PBNDS_OK;
+    for (int i = 0; i < 2; ++i)
+        add_emission(images[i], &t->gbuffer, -1.0f);
+    PBNDS_TRY(pbnds_atrous(&t->gbuffer, &t->variance, images, 2, error));
+    for (int i = 0; i < 2; ++i)
+        add_emission(images[i], &t->gbuffer, 1.0f);
+    if (!r->recipe->variance) pbnds_image_free(&t->variance);
     return PBNDS_OK;
 }
 
@@ -133,8 +159,10 @@ static enum pbnds_status render(struct rendering *r, struct pbnds_error *error)
     PBNDS_TRY(copy_light(&r->draw->light, &t->light, error));
     PBNDS_TRY(
         pbnds_envmap_create(&t->light, PBNDS_ENV_GLTF, 0.0f, 1.0f, &r->env, error));
+    t->denoised = r->recipe->denoise && r->draw->split != PBNDS_SPLIT_TEST;
     PBNDS_TRY(cast(r, error));
     PBNDS_TRY(render_radiance(r, error));
+    PBNDS_TRY(denoise(r, error));
     PBNDS_TRY(find_visibility(r, error));
     return render_olat(r, error);
 }

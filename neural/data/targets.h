@@ -28,7 +28,9 @@ struct pbnds_targets {
     struct pbnds_image radiance; /**< all light                                       */
     struct pbnds_image direct;   /**< of it, what came from no other surface, and what
                                     the first one emits                              */
-    struct pbnds_image variance; /**< of radiance, which is a mean (pathtrace.h)      */
+    struct pbnds_image variance; /**< of radiance, which is a mean (pathtrace.h), before
+                                    it was denoised                                  */
+    bool denoised;               /**< by atrous.h; never in the test split            */
     uint32_t *visibility;        /**< bit i: cluster light i (envmap.h,
                                     PBNDS_DATASET_LIGHTS of the light) is seen      */
     struct pbnds_olat olat;

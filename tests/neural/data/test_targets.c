@@ -139,6 +139,17 @@ static void what_was_not_asked_for_is_not_there(void **state)
     pbnds_sample_free(&sample);
 }
 
+static bool folders_agree(const char *a, const char *b)
+{
+    for (int i = 0; pbnds_sample_file(i); ++i) {
+        char x[128], y[128];
+        (void)snprintf(x, sizeof x, "%s/%s", a, pbnds_sample_file(i));
+        (void)snprintf(y, sizeof y, "%s/%s", b, pbnds_sample_file(i));
+        if (!fixture_same(x, y)) return false;
+    }
+    return true;
+}
+
 static void full_recipe(struct pbnds_dataset_recipe *recipe)
 {
     *recipe = fixture_recipe(ROOT, 10);
@@ -227,14 +238,43 @@ static void targets_do_not_disturb_each_other(void **state)
     pbnds_set_threads(0);
     assert_memory_equal(radiance, targets.radiance.data,
                         3 * 32 * 32 * sizeof *radiance);
-    for (int i = 0; pbnds_sample_file(i); ++i) {
-        char a[128], b[128];
-        (void)snprintf(a, sizeof a, "test_targets_full/%s", pbnds_sample_file(i));
-        (void)snprintf(b, sizeof b, "test_targets_again/%s", pbnds_sample_file(i));
-        assert_true(fixture_same(a, b));
-    }
+    assert_true(folders_agree("test_targets_full", "test_targets_again"));
     free(radiance);
     pbnds_targets_free(&targets);
+}
+
+/* What is tested against is never touched: the same bytes with and without. */
+static void the_test_split_is_never_denoised(void **state)
+{
+    (void)state;
+    static const char *const PLAIN[] = {"test_targets_a0", "test_targets_a1",
+                                        "test_targets_a2"};
+    static const char *const CLEAN[] = {"test_targets_b0", "test_targets_b1",
+                                        "test_targets_b2"};
+    struct pbnds_dataset_recipe recipe;
+    full_recipe(&recipe);
+    for (int s = 0; s < PBNDS_SPLIT_COUNT; ++s) {
+        const bool test = s == PBNDS_SPLIT_TEST;
+        struct pbnds_targets targets;
+        recipe.denoise = false;
+        make(&recipe, (enum pbnds_split)s, PLAIN[s], &targets);
+        assert_false(targets.denoised);
+        pbnds_targets_free(&targets);
+        recipe.denoise = true;
+        make(&recipe, (enum pbnds_split)s, CLEAN[s], &targets);
+        assert_true(targets.denoised == !test);
+        pbnds_targets_free(&targets);
+        assert_true(folders_agree(PLAIN[s], CLEAN[s]) == test);
+        char path[64];
+        uint8_t *text;
+        size_t size;
+        (void)snprintf(path, sizeof path, "%s/sample.json", CLEAN[s]);
+        assert_int_equal(pbnds_file_read(path, 1 << 20, &text, &size, NULL), PBNDS_OK);
+        cJSON *json = cJSON_ParseWithLength((const char *)text, size);
+        assert_int_equal(cJSON_IsTrue(cJSON_GetObjectItem(json, "denoised")), !test);
+        cJSON_Delete(json);
+        free(text);
+    }
 }
 
 /* Lights of the map first, apart from each other, then directions all over the sphere. */
@@ -338,6 +378,7 @@ int main(void)
         cmocka_unit_test(what_was_not_asked_for_is_not_there),
         cmocka_unit_test(everything_is_written_and_read),
         cmocka_unit_test(targets_do_not_disturb_each_other),
+        cmocka_unit_test(the_test_split_is_never_denoised),
         cmocka_unit_test(lights_are_of_the_map_and_of_everywhere),
         cmocka_unit_test(damaged_lights_are_refused),
         cmocka_unit_test(a_fierce_light_stays_float),
