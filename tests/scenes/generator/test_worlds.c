@@ -81,7 +81,7 @@ static void look_at_material(const struct gen_material *m)
     if (textured) return;
     ++seen.plain;
     seen.metals += m->metallic == 1.0f;
-    seen.polished += m->roughness < 0.12f;
+    seen.polished += m->roughness < 0.08f;
     seen.rough += m->roughness > 0.8f;
     if (m->metallic > 0.0f) return;
     const float albedo = pbnds_luminance(m->base_color);
