@@ -4,13 +4,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "engine/shade/path_blocks.h"
 #include "engine/shade/path_start.h"
 #include "engine/shade/tiles.h"
 
 enum { DEFAULT_SPP = 256, DEFAULT_SPP_NOISE = 4096, DEFAULT_BOUNCES = 8, TILE = 8 };
-/* Blocks of samples: how many there are at least, their greatest size, and how many make
- * an estimate of noise. */
-enum { BLOCKS = 8, LARGEST_BLOCK = 32, ENOUGH_BLOCKS = 8 };
+/* Blocks of samples that make an estimate of noise. */
+enum { ENOUGH_BLOCKS = 8 };
 
 /* The picture so far: sums over samples, divided at the end. */
 struct film {
@@ -66,25 +66,13 @@ static void trace_block(const struct trace *trace, int x, int y, size_t i,
     }
 }
 
-/* Adds a block to the spread about the mean, one pass (West 1979): `before` samples of
- * sum `sum` came earlier. */
-static void add_spread(float *spread, const float *sum, const float block[3],
-                       int before, int count)
-{
-    if (before == 0) return;
-    for (int c = 0; c < 3; ++c) {
-        const float d = block[c] / (float)count - sum[c] / (float)before;
-        spread[c] += d * d * ((float)before * (float)count / (float)(before + count));
-    }
-}
-
 static void add_block(struct film *film, size_t i, const struct block *block,
                       int before, int count)
 {
     const float total[3] = {block->total.x, block->total.y, block->total.z};
     float *sum = film->radiance.data + 3 * i;
     if (film->spread.data)
-        add_spread(film->spread.data + 3 * i, sum, total, before, count);
+        pbnds_path_add_spread(film->spread.data + 3 * i, sum, total, before, count);
     for (int c = 0; c < 3; ++c)
         sum[c] += total[c];
     if (film->direct.data) {
@@ -148,13 +136,6 @@ static enum pbnds_status run_pass(struct trace *trace, int begin, int end,
                            trace, error);
 }
 
-/* n samples in blocks of `block`: the factor from spread to variance of the mean. */
-static double variance_scale(int n, int block)
-{
-    const int blocks = (n + block - 1) / block;
-    return 1.0 / ((double)(blocks - 1) * (double)n);
-}
-
 /* See pathtrace.h. In a fixed order: the answer must not depend on threads. */
 static double noise(const struct trace *trace, int n)
 {
@@ -171,7 +152,7 @@ static double noise(const struct trace *trace, int n)
             sum += (double)film->radiance.data[k];
         }
     }
-    error = sqrt(error * variance_scale(n, trace->block) * values);
+    error = sqrt(error * pbnds_path_variance_scale(n, trace->block) * values);
     return sum > 0.0 ? error * n / sum : 0.0;
 }
 
@@ -194,14 +175,6 @@ static enum pbnds_status run_passes(struct trace *trace, int *taken,
 }
 
 /* Setting up, and the picture from the sums. */
-
-static int block_size(int spp)
-{
-    int block = 1;
-    while (block < LARGEST_BLOCK && 2 * block * BLOCKS <= spp)
-        block *= 2;
-    return block;
-}
 
 static enum pbnds_status open_film(const struct trace *trace, bool direct,
                                    struct film *film, struct pbnds_error *error)
@@ -231,7 +204,7 @@ static void resolve(struct trace *trace, int n)
     struct film *film = &trace->film;
     const size_t pixels = (size_t)film->radiance.width * (size_t)film->radiance.height;
     const float scale =
-        film->spread.data ? (float)variance_scale(n, trace->block) : 0.0f;
+        film->spread.data ? (float)pbnds_path_variance_scale(n, trace->block) : 0.0f;
     for (size_t i = 0; i < pixels; ++i) {
         const float hits = film->hits.data ? film->hits.data[i] : (float)n;
         if (film->hits.data) film->hits.data[i] = hits / (float)n;
@@ -286,7 +259,7 @@ static void set_up(struct trace *trace, const struct pbnds_shade_job *job,
     const int otherwise = job->noise > 0.0f ? DEFAULT_SPP_NOISE : DEFAULT_SPP;
     trace->job = job;
     trace->spp = options->spp > 0 ? options->spp : otherwise;
-    trace->block = block_size(trace->spp);
+    trace->block = pbnds_path_block_size(trace->spp);
     trace->world = (struct pbnds_path_world){.scene = job->scene,
                                              .accel = job->accel,
                                              .envmap = job->envmap,

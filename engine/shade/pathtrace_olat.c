@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "engine/shade/path_blocks.h"
 #include "engine/shade/path_start.h"
 #include "engine/shade/tiles.h"
 
@@ -16,8 +17,8 @@ struct olat {
     struct pbnds_path_world world;
     struct pbnds_path_lens lens;
     const struct pbnds_vec3 *wi;
-    int count, spp;
-    struct pbnds_image *radiance;
+    int count, spp, block;
+    struct pbnds_image *radiance, *variance; /* variance: NULL, not wanted */
 };
 
 /* The sums of one pixel while its paths are walked. */
@@ -82,12 +83,14 @@ static void gather(void *context, const struct pbnds_path_visit *visit)
     }
 }
 
-/* Walks the paths of a pixel. @return how many of them met a surface */
-static int walk_pixel(const struct olat *olat, int x, int y, size_t i,
-                      const struct pbnds_path_vertex *first, struct gathering *g)
+/* Walks the paths [begin, end) of a pixel. @return how many of them met a surface */
+static int walk_block(const struct olat *olat, int x, int y,
+                      const struct pbnds_path_vertex *first, int begin, int end,
+                      struct gathering *g)
 {
+    const size_t i = (size_t)y * (size_t)olat->job->gbuffer->width + (size_t)x;
     int hits = 0;
-    for (int s = 0; s < olat->spp; ++s) {
+    for (int s = begin; s < end; ++s) {
         const struct pbnds_sampler sampler =
             pbnds_sampler_make(olat->job->seed, i, (uint32_t)s, (uint32_t)olat->spp);
         g->sampler = &sampler;
@@ -106,6 +109,39 @@ static int walk_pixel(const struct olat *olat, int x, int y, size_t i,
     return hits;
 }
 
+/* Adds a block's sums to those of the pixel, which are kept in its place in the images. */
+static void add_block(const struct olat *olat, size_t i, const struct gathering *block,
+                      int before, int count)
+{
+    for (int k = 0; k < olat->count; ++k) {
+        const float of_block[3] = {block->sum[k].x, block->sum[k].y, block->sum[k].z};
+        float *sum = olat->radiance[k].data + 3 * i;
+        if (olat->variance)
+            pbnds_path_add_spread(olat->variance[k].data + 3 * i, sum, of_block, before,
+                                  count);
+        for (int c = 0; c < 3; ++c)
+            sum[c] += of_block[c];
+    }
+}
+
+/* Sums to means; `once` is what every path brought, and was not asked again. */
+static void resolve(const struct olat *olat, size_t i, int hits,
+                    const struct gathering *once)
+{
+    const float share = (float)hits / (float)olat->spp;
+    const double scale =
+        olat->variance ? pbnds_path_variance_scale(olat->spp, olat->block) : 0.0;
+    for (int k = 0; k < olat->count; ++k) {
+        const float known[3] = {once->sum[k].x, once->sum[k].y, once->sum[k].z};
+        for (int c = 0; c < 3; ++c) {
+            float *value = olat->radiance[k].data + 3 * i + (size_t)c;
+            *value = known[c] + *value / (float)hits;
+            if (!olat->variance) continue;
+            olat->variance[k].data[3 * i + (size_t)c] *= (float)scale / (share * share);
+        }
+    }
+}
+
 static void trace_pixel(const struct olat *olat, int x, int y)
 {
     const size_t i = (size_t)y * (size_t)olat->job->gbuffer->width + (size_t)x;
@@ -113,20 +149,20 @@ static void trace_pixel(const struct olat *olat, int x, int y)
     const enum pbnds_path_start start = pbnds_path_start_of(&olat->lens, x, y, &first);
     if (start == PBNDS_PATH_NOWHERE) return;
     const bool surface = start == PBNDS_PATH_SURFACE;
-    struct gathering once = {.olat = olat}, paths = {.olat = olat};
-    if (surface && !olat->world.blends) {
+    const bool known = surface && !olat->world.blends;
+    struct gathering once = {.olat = olat};
+    if (known) {
         const struct pbnds_path_visit visit = {&first, pbnds_splat(1.0f), 0};
         gather(&once, &visit);
-        paths.first_known = true;
     }
-    const int hits = walk_pixel(olat, x, y, i, surface ? &first : NULL, &paths);
-    if (hits == 0) return;
-    for (int k = 0; k < olat->count; ++k) {
-        const struct pbnds_vec3 mean =
-            pbnds_mad(once.sum[k], paths.sum[k], 1.0f / (float)hits);
-        float *out = olat->radiance[k].data + 3 * i;
-        out[0] = mean.x, out[1] = mean.y, out[2] = mean.z;
+    int hits = 0;
+    for (int s = 0; s < olat->spp; s += olat->block) {
+        const int end = s + olat->block < olat->spp ? s + olat->block : olat->spp;
+        struct gathering block = {.olat = olat, .first_known = known};
+        hits += walk_block(olat, x, y, surface ? &first : NULL, s, end, &block);
+        add_block(olat, i, &block, s, end - s);
     }
+    if (hits > 0) resolve(olat, i, hits, &once);
 }
 
 static void trace_tile(void *context, const struct pbnds_tile *tile)
@@ -156,8 +192,12 @@ static enum pbnds_status check(const struct pbnds_shade_job *job,
 static enum pbnds_status render(struct olat *olat, struct pbnds_error *error)
 {
     const struct pbnds_gbuffer *g = olat->job->gbuffer;
-    for (int k = 0; k < olat->count; ++k)
+    for (int k = 0; k < olat->count; ++k) {
         PBNDS_TRY(pbnds_image_init(&olat->radiance[k], g->width, g->height, 3, error));
+        if (olat->variance)
+            PBNDS_TRY(
+                pbnds_image_init(&olat->variance[k], g->width, g->height, 3, error));
+    }
     return pbnds_for_tiles(g->width, g->height, TILE, olat->job->report, "olat",
                            trace_tile, olat, error);
 }
@@ -166,15 +206,19 @@ enum pbnds_status pbnds_pathtrace_olat(const struct pbnds_shade_job *job,
                                        const struct pbnds_pathtrace_options *options,
                                        const struct pbnds_vec3 *wi, int count,
                                        struct pbnds_image *radiance,
+                                       struct pbnds_image *variance,
                                        struct pbnds_error *error)
 {
     PBNDS_TRY(check(job, options, count, error));
     memset(radiance, 0, (size_t)count * sizeof *radiance);
+    if (variance) memset(variance, 0, (size_t)count * sizeof *variance);
     struct olat olat = {.job = job,
                         .wi = wi,
                         .count = count,
                         .spp = options->spp > 0 ? options->spp : DEFAULT_SPP,
                         .radiance = radiance};
+    olat.block = pbnds_path_block_size(olat.spp);
+    if (olat.spp > 1) olat.variance = variance;
     olat.world = (struct pbnds_path_world){.scene = job->scene,
                                            .accel = job->accel,
                                            .max_bounces = options->max_bounces > 0
@@ -183,7 +227,9 @@ enum pbnds_status pbnds_pathtrace_olat(const struct pbnds_shade_job *job,
                                            .blends = pbnds_accel_blends(job->accel)};
     olat.lens = pbnds_path_lens_make(job->gbuffer, &olat.world);
     const enum pbnds_status status = render(&olat, error);
-    for (int k = 0; k < count && status != PBNDS_OK; ++k)
+    for (int k = 0; k < count && status != PBNDS_OK; ++k) {
         pbnds_image_free(&radiance[k]);
+        if (variance) pbnds_image_free(&variance[k]);
+    }
     return status;
 }

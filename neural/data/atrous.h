@@ -24,6 +24,7 @@
  * direct light 3.3 dB (0.1 to 7.3), that of linear radiance 3.0 dB (from 2.0 dB greater,
  * where a highlight is smeared, to 7.2 smaller). Three passes and 1.5 deviations were the
  * best of those tried; four passes and 4 deviations, as in SVGF, lose 2.9 dB on one sample.
+ * Lights one at a time gain 2.2 dB on average at 16 samples a pixel (-0.2 to 13.8).
  */
 #ifndef PBNDS_NEURAL_DATA_ATROUS_H
 #define PBNDS_NEURAL_DATA_ATROUS_H

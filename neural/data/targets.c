@@ -130,27 +130,55 @@ static enum pbnds_status find_visibility(const struct rendering *r,
     return look(r, wi, count, &r->targets->visibility, error);
 }
 
-static enum pbnds_status render_olat(const struct rendering *r,
-                                     struct pbnds_error *error)
+/* Each light by itself, where the tracer knows how noisy it is. */
+static enum pbnds_status denoise_olat(const struct rendering *r,
+                                      const struct pbnds_image *variance,
+                                      struct pbnds_error *error)
+{
+    struct pbnds_olat *olat = &r->targets->olat;
+    for (int k = 0; k < olat->count; ++k) {
+        struct pbnds_image *const image = &olat->images[k];
+        if (!variance || !variance[k].data) continue;
+        PBNDS_TRY(pbnds_atrous(&r->targets->gbuffer, &variance[k], &image, 1, error));
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status trace_olat(const struct rendering *r,
+                                    struct pbnds_error *error)
 {
     const struct pbnds_dataset_recipe *recipe = r->recipe;
     struct pbnds_olat *olat = &r->targets->olat;
-    if (recipe->olat == 0) return PBNDS_OK;
-    olat->images = calloc((size_t)recipe->olat, sizeof *olat->images);
-    if (!olat->images)
-        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a sample");
-    olat->count = recipe->olat;
-    struct pbnds_rng rng =
-        pbnds_draw_rng(recipe, r->draw->split, r->draw->index, PBNDS_DRAW_OLAT);
-    (void)pbnds_olat_choose(r->env, olat->count, &rng, olat->wi);
+    struct pbnds_image variance[PBNDS_DATASET_OLAT] = {{.data = NULL}};
+    struct pbnds_image *wanted = r->targets->denoised ? variance : NULL;
     const struct pbnds_shade_job job = job_of(r, PBNDS_DRAW_OLAT);
     const struct pbnds_pathtrace_options options = {
         .spp = recipe->olat_spp ? recipe->olat_spp : recipe->spp};
     const double start = seconds();
-    PBNDS_TRY(pbnds_pathtrace_olat(&job, &options, olat->wi, olat->count, olat->images,
-                                   error));
+    enum pbnds_status status = pbnds_pathtrace_olat(
+        &job, &options, olat->wi, olat->count, olat->images, wanted, error);
     r->targets->path_seconds += seconds() - start;
-    return look(r, olat->wi, olat->count, &olat->visibility, error);
+    if (status == PBNDS_OK) status = denoise_olat(r, wanted, error);
+    for (int k = 0; k < olat->count && wanted; ++k)
+        pbnds_image_free(&variance[k]);
+    return status;
+}
+
+static enum pbnds_status render_olat(const struct rendering *r,
+                                     struct pbnds_error *error)
+{
+    struct pbnds_olat *olat = &r->targets->olat;
+    const int count = r->recipe->olat;
+    if (count == 0) return PBNDS_OK;
+    olat->images = calloc((size_t)count, sizeof *olat->images);
+    if (!olat->images)
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory for a sample");
+    olat->count = count;
+    struct pbnds_rng rng =
+        pbnds_draw_rng(r->recipe, r->draw->split, r->draw->index, PBNDS_DRAW_OLAT);
+    (void)pbnds_olat_choose(r->env, count, &rng, olat->wi);
+    PBNDS_TRY(trace_olat(r, error));
+    return look(r, olat->wi, count, &olat->visibility, error);
 }
 
 static enum pbnds_status render(struct rendering *r, struct pbnds_error *error)

@@ -58,7 +58,8 @@ static void trace_olat(const struct fixture *f, int spp, int bounces,
 {
     struct pbnds_error error;
     const struct pbnds_pathtrace_options options = {.spp = spp, .max_bounces = bounces};
-    must(pbnds_pathtrace_olat(&f->job, &options, wi, count, images, &error), &error);
+    must(pbnds_pathtrace_olat(&f->job, &options, wi, count, images, NULL, &error),
+         &error);
 }
 
 static void free_images(struct pbnds_image *images, int count)
@@ -224,6 +225,40 @@ static void threads_and_tiles_change_nothing(void **state)
     fixture_free(&f);
 }
 
+/* The variance is that of pictures of other seeds, or more: it is an estimate from above. */
+static void the_variance_is_that_of_other_seeds(void **state)
+{
+    (void)state;
+    enum { SEEDS = 24, SPP = 32 };
+    struct fixture f;
+    struct pbnds_vec3 wi[LIGHTS];
+    double sum[PIXELS] = {0}, square[PIXELS] = {0}, estimate = 0.0, truth = 0.0;
+    room(&f, false);
+    directions(wi);
+    for (int seed = 0; seed < SEEDS; ++seed) {
+        struct pbnds_image image, variance;
+        struct pbnds_error error;
+        const struct pbnds_pathtrace_options options = {.spp = SPP, .max_bounces = 2};
+        f.job.seed = (uint64_t)seed;
+        must(pbnds_pathtrace_olat(&f.job, &options, &wi[1], 1, &image, &variance,
+                                  &error),
+             &error);
+        for (size_t i = 0; i < PIXELS; ++i) {
+            const double x = (double)image.data[3 * i];
+            sum[i] += x;
+            square[i] += x * x;
+            estimate += (double)variance.data[3 * i] / SEEDS;
+        }
+        pbnds_image_free(&image);
+        pbnds_image_free(&variance);
+    }
+    for (size_t i = 0; i < PIXELS; ++i)
+        truth += (square[i] - sum[i] * sum[i] / SEEDS) / (SEEDS - 1);
+    print_message("estimated variance / variance: %.3f\n", estimate / truth);
+    assert_true(estimate > 0.8 * truth && estimate < 4.0 * truth);
+    fixture_free(&f);
+}
+
 static void bad_arguments_are_refused(void **state)
 {
     (void)state;
@@ -235,15 +270,15 @@ static void bad_arguments_are_refused(void **state)
     directions(wi);
     struct pbnds_shade_job job = f.job;
     const struct pbnds_pathtrace_options options = {.spp = 1}, negative = {.spp = -1};
-    assert_int_equal(pbnds_pathtrace_olat(&job, &options, wi, 0, images, &error),
+    assert_int_equal(pbnds_pathtrace_olat(&job, &options, wi, 0, images, NULL, &error),
                      PBNDS_ERROR_ARGUMENT);
-    assert_int_equal(
-        pbnds_pathtrace_olat(&job, &options, wi, PBNDS_OLAT_LIGHTS + 1, images, &error),
-        PBNDS_ERROR_ARGUMENT);
-    assert_int_equal(pbnds_pathtrace_olat(&job, &negative, wi, 1, images, &error),
+    assert_int_equal(pbnds_pathtrace_olat(&job, &options, wi, PBNDS_OLAT_LIGHTS + 1,
+                                          images, NULL, &error),
+                     PBNDS_ERROR_ARGUMENT);
+    assert_int_equal(pbnds_pathtrace_olat(&job, &negative, wi, 1, images, NULL, &error),
                      PBNDS_ERROR_ARGUMENT);
     job.scene = NULL;
-    assert_int_equal(pbnds_pathtrace_olat(&job, &options, wi, 1, images, &error),
+    assert_int_equal(pbnds_pathtrace_olat(&job, &options, wi, 1, images, NULL, &error),
                      PBNDS_ERROR_ARGUMENT);
     fixture_free(&f);
 }
@@ -257,6 +292,7 @@ int main(void)
         cmocka_unit_test(lights_through_a_pane_add_up),
         cmocka_unit_test(company_changes_nothing),
         cmocka_unit_test(threads_and_tiles_change_nothing),
+        cmocka_unit_test(the_variance_is_that_of_other_seeds),
         cmocka_unit_test(bad_arguments_are_refused),
     };
     return cmocka_run_group_tests_name("engine/shade/pathtrace_olat", tests, NULL,
