@@ -157,7 +157,8 @@ static void draw_detail_shot(const struct stage *stage, struct pbnds_rng *rng,
     aim(shot, pbnds_mad(target, way, distance / length), target);
 }
 
-/* From one place within the walls toward another. */
+/* From one place within the walls toward another, where there is an object if there are
+ * any: bare corners have little to show. */
 static void draw_room_shot(const struct stage *stage, struct pbnds_rng *rng,
                            struct pbnds_shot *shot)
 {
@@ -167,7 +168,12 @@ static void draw_room_shot(const struct stage *stage, struct pbnds_rng *rng,
     struct pbnds_vec3 from = pbnds_draw_vec3(rng, 0.08f, 0.92f);
     const struct pbnds_vec3 to = pbnds_draw_vec3(rng, 0.2f, 0.8f);
     from.y = 0.2f + 0.6f * from.y;
-    aim(shot, pbnds_add(lo, pbnds_mul(size, from)), pbnds_add(lo, pbnds_mul(size, to)));
+    const int i = pbnds_draw_below(rng, stage->subjects->count);
+    const struct pbnds_subject *subject = &stage->subjects->items[i];
+    const struct pbnds_vec3 object =
+        pbnds_add(subject->lo, pbnds_mul(pbnds_sub(subject->hi, subject->lo), to));
+    aim(shot, pbnds_add(lo, pbnds_mul(size, from)),
+        i > 0 ? object : pbnds_add(lo, pbnds_mul(size, to)));
 }
 
 static void draw_file_shot(const struct stage *stage, struct pbnds_rng *rng,
