@@ -13,6 +13,7 @@
 #include "neural/data/dataset.h"
 #include "neural/model/model.h"
 #include "neural/shader_neural.h"
+#include "tools/check_dataset.h"
 #include "tools/check_gbuffer.h"
 #include "tools/commands.h"
 #include "tools/console.h"
@@ -135,25 +136,6 @@ static enum pbnds_status check_weights(const char *path, struct pbnds_error *err
     return PBNDS_OK;
 }
 
-static enum pbnds_status check_dataset(const char *path, struct pbnds_error *error)
-{
-    for (int split = 0; split < PBNDS_SPLIT_COUNT; ++split) {
-        struct pbnds_sample_list list;
-        PBNDS_TRY(pbnds_dataset_list(path, (enum pbnds_split)split, &list, error));
-        enum pbnds_status status = PBNDS_OK;
-        for (int i = 0; i < list.count && status == PBNDS_OK; ++i) {
-            struct pbnds_sample sample;
-            status = pbnds_sample_load(list.folders[i], 0, &sample, error);
-            if (status == PBNDS_OK) pbnds_sample_free(&sample);
-            if (status == PBNDS_OK) status = tool_check_stop(error);
-            pbnds_progress(tool_report(), "check", i + 1.0, list.count);
-        }
-        pbnds_sample_list_free(&list);
-        PBNDS_TRY(status);
-    }
-    return PBNDS_OK;
-}
-
 static enum pbnds_status check_sheet_name(const char *path, struct pbnds_error *error)
 {
     if (!tool_has_extension(path, ".png")) {
@@ -172,7 +154,7 @@ static enum pbnds_status describe(const struct tool_options *options, bool deep,
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
         if (options->output) PBNDS_TRY(check_sheet_name(options->output, error));
         PBNDS_TRY(tool_describe_dataset(options, !deep, facts, error));
-        return deep ? check_dataset(path, error) : PBNDS_OK;
+        return PBNDS_OK;
     }
     if (options->output) {
         return pbnds_fail(
@@ -250,6 +232,9 @@ static enum pbnds_status run_info(const struct tool_options *options,
 static enum pbnds_status run_check(const struct tool_options *options,
                                    struct pbnds_error *error)
 {
+    struct stat info;
+    if (stat(options->inputs[0], &info) == 0 && S_ISDIR(info.st_mode))
+        return tool_check_dataset(options->inputs[0], options->json, error);
     cJSON *facts = cJSON_CreateObject();
     if (!facts) return pbnds_fail(error, PBNDS_ERROR_MEMORY, "no memory");
     enum pbnds_status status = describe(options, true, facts, error);
@@ -293,10 +278,11 @@ const struct tool_command tool_check = {
     .needs_output = false,
     .usage = "check FILE [--json]",
     .about = "reads a file through and says what is wrong with it",
-    .details = "Takes what 'pbnds info' takes and reads all of it: every sample of a "
-               "data set,\n"
-               "every tensor of a weights file against its model. Of a G-buffer it "
-               "looks at every\n"
+    .details = "Takes what 'pbnds info' takes and reads all of it: every tensor of a "
+               "weights file\n"
+               "against its model; every file of a data set against its hash, and that "
+               "no scene or\n"
+               "light map is in two splits. Of G-buffers it looks at every "
                "pixel: unit normals that face the eye, depth that agrees with "
                "position, ranges,\n"
                "NaN, ids, mattes; each finding with the number of pixels and the "

@@ -2,13 +2,16 @@
 # Ctrl-C and a full disk: status 1, one sentence, no partial file, nothing lost of earlier work.
 . "$(dirname "$0")/lib.sh"
 
-# Waits until the program answers to signals: before, it is still loading its libraries.
+# Waits until the program answers to signals: before, the process is still the shell that
+# forked it, which catches signals of its own, or loads its libraries.
 ready() {
     local caught
-    for _ in $(seq 300); do
-        caught=$(awk '/^SigCgt/ { print $2 }' "/proc/$1/status" 2>/dev/null)
-        [ $((0x${caught:-0} & 2)) -ne 0 ] && return
-        sleep 0.1
+    for _ in $(seq 3000); do
+        if [ "$(cat "/proc/$1/comm" 2>/dev/null)" = pbnds ]; then
+            caught=$(awk '/^SigCgt/ { print $2 }' "/proc/$1/status" 2>/dev/null)
+            [ $((0x${caught:-0} & 0x4002)) -eq $((0x4002)) ] && return # TERM and INT
+        fi
+        sleep 0.01
     done
 }
 
@@ -105,6 +108,21 @@ if [ "$(id -u)" -eq 0 ] && mount -t tmpfs -o size=16k tmpfs small 2>/dev/null; t
     echo earlier >small/kept.exr
     refuse 1 "small/kept.exr" "$PBNDS" render box.gltf -o small/kept.exr $big
     check [ "$(cat small/kept.exr)" = earlier ]
+    # A data set goes on past what does not fit, and has it made when there is room again.
+    for format in folders tar; do
+        make="$PBNDS dataset scenes --envs envs --count 12 --size 16x16 --spp 1 --quiet
+            --format $format --per-tar 4"
+        run 0 $make -o whole-$format
+        rm -rf small/*
+        mount -o remount,size=150k small
+        run 1 $make -o small/data
+        check grep -q "No space left" stderr
+        check [ ! -e small/data/quarantine ]
+        check [ ! -e small/data/manifest.json ]
+        mount -o remount,size=10m small
+        run 0 $make -o small/data
+        check diff -r whole-$format small/data
+    done
 else
     echo "no right to mount: the full file system itself is skipped"
 fi
