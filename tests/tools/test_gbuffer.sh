@@ -131,7 +131,7 @@ check [ -s out_folder/b.exr ]
 refuse 4 "DWAB" "$PBNDS" import blender "$SOURCE/tests/fuzz/corpus/gbuffer/c_dwab.exr" -o x2.exr
 refuse 3 "MultiLayer" "$PBNDS" import blender rgb.exr -o x2.exr
 refuse 1 "missing.exr" "$PBNDS" import blender missing.exr -o x2.exr
-refuse 2 "ffhq-pbr' is not in this version" "$PBNDS" import ffhq-pbr renders -o x2.exr
+refuse 3 "renders: has no folder" "$PBNDS" import ffhq-pbr renders -o x2.exr
 refuse 2 "'maya' is not one of blender, images" "$PBNDS" import maya renders -o x2.exr
 refuse 2 "as .exr" "$PBNDS" import blender "$blender" -o x2.png
 check [ ! -e x2.exr ]
