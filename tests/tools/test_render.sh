@@ -99,6 +99,9 @@ check cmp o.png ggx.png
 # One line a stage, key=value.
 run 0 "$PBNDS" bench gbuffer --size 64x64
 check grep -qE '^stage=gbuffer size=64x64 threads=[0-9]+ runs=5 .*pixels_per_s=[1-9]' stdout
+run 0 "$PBNDS" bench dataset --size 16x16
+check grep -qE '^stage=dataset size=16x16 spp=256 .*samples_per_s=[0-9.]+ .*added=[0-9]' stdout
+check test -z "$(find . -maxdepth 1 -name 'pbnds-bench-*')"
 refuse 2 "'rays' is not a shader" "$PBNDS" bench rays
 
 # Only errors are told with --quiet; standard output that cannot be written is one.

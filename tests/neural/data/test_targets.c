@@ -277,6 +277,42 @@ static void the_test_split_is_never_denoised(void **state)
     }
 }
 
+/* Emission is exact and stays so: it is neither filtered nor counted twice. */
+static void denoising_leaves_emission_alone(void **state)
+{
+    (void)state;
+    struct pbnds_dataset_recipe recipe = fixture_recipe(ROOT, 10);
+    struct pbnds_error error = {{0}};
+    struct pbnds_drawer *drawer;
+    struct pbnds_draw draw;
+    struct pbnds_targets raw, clean;
+    must(pbnds_drawer_create(&recipe, &drawer, &error), &error);
+    must(pbnds_draw(drawer, PBNDS_SPLIT_TRAIN, 0, &draw, &error), &error);
+    for (int i = 0; i < draw.scene->material_count; ++i)
+        draw.scene->materials[i].emissive = pbnds_vec3_make(64.0f, 32.0f, 16.0f);
+    must(pbnds_targets_render(&recipe, &draw, &raw, &error), &error);
+    recipe.denoise = true;
+    must(pbnds_targets_render(&recipe, &draw, &clean, &error), &error);
+    assert_null(clean.variance.data); /* was needed, but not asked for */
+    double changed = 0.0, before = 0.0, after = 0.0;
+    for (size_t i = 0; i < 32u * 32u; ++i) {
+        if (!isfinite(raw.gbuffer.depth[i])) continue;
+        const double emission = (double)raw.gbuffer.emission[0][i];
+        assert_near(emission, 64.0, 0.0);
+        assert_true((double)clean.direct.data[3 * i] >= emission);
+        changed +=
+            fabs((double)(clean.radiance.data[3 * i] - raw.radiance.data[3 * i]));
+        before += (double)raw.direct.data[3 * i] - emission;
+        after += (double)clean.direct.data[3 * i] - emission;
+    }
+    assert_true(changed > 0.0);
+    assert_near(after / before, 1.0, 0.1);
+    pbnds_targets_free(&raw);
+    pbnds_targets_free(&clean);
+    pbnds_draw_free(&draw);
+    pbnds_drawer_free(drawer);
+}
+
 /* Lights of the map first, apart from each other, then directions all over the sphere. */
 static void lights_are_of_the_map_and_of_everywhere(void **state)
 {
@@ -379,6 +415,7 @@ int main(void)
         cmocka_unit_test(everything_is_written_and_read),
         cmocka_unit_test(targets_do_not_disturb_each_other),
         cmocka_unit_test(the_test_split_is_never_denoised),
+        cmocka_unit_test(denoising_leaves_emission_alone),
         cmocka_unit_test(lights_are_of_the_map_and_of_everywhere),
         cmocka_unit_test(damaged_lights_are_refused),
         cmocka_unit_test(a_fierce_light_stays_float),
