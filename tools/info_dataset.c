@@ -195,12 +195,12 @@ static enum pbnds_status make_cell(const char *path, const struct tool_options *
     return status;
 }
 
-/* "train 000123" of ".../train/000123" or ".../train-000001.tar#000123" */
+/* "train 000123" of ".../train/000123" or ".../train-000001.tar#000123@5120" */
 static void name_cell(const char *path, const char *split, char label[40])
 {
     const char *end = strrchr(path, '#'), *slash = strrchr(path, '/');
-    const char *name = end ? end : slash;
-    (void)snprintf(label, 40, "%s %.24s", split, name ? name + 1 : path);
+    const char *name = end ? end + 1 : slash ? slash + 1 : path;
+    (void)snprintf(label, 40, "%s %.*s", split, (int)strcspn(name, "@") % 24, name);
 }
 
 static enum pbnds_status write_sheet(const struct tool_options *options,
