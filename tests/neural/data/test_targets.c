@@ -359,11 +359,15 @@ static void damaged_lights_are_refused(void **state)
 {
     (void)state;
     static const char *const JSON[] = {
-        "{}", "{\"olat\":{\"wi\":[[1,0]]}}", "{\"olat\":{\"wi\":[[1,1,0]]}}",
-        "{\"olat\":{\"wi\":[[1,0,\"x\"]]}}", "{\"olat\":{\"wi\":3}}", "",
+        "{}",
+        "{\"olat\":{\"wi\":[[1,0]]}}",
+        "{\"olat\":{\"wi\":[[1,1,0]]}}",
+        "{\"olat\":{\"wi\":[[1,0,\"x\"]]}}",
+        "{\"olat\":{\"wi\":3}}",
+        "",
         /* more lights than the file has */
-        "{\"olat\":{\"wi\":[[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[0,1,0]]}"
-        "}"};
+        "{\"olat\":{\"wi\":[[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[0,1,0],[0,1,0]]}}",
+    };
     struct pbnds_sample sample;
     struct pbnds_error error = {{0}};
     for (size_t i = 0; i < sizeof JSON / sizeof *JSON; ++i) {
