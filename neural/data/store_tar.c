@@ -109,7 +109,8 @@ void pbnds_tar_writer_abort(struct pbnds_tar_writer *w)
 {
     if (!w) return;
     if (w->archive) {
-        (void)archive_write_fail(w->archive); /* writes no more */
+        /* After a fault free() alone would keep the buffers. */
+        (void)archive_write_close(w->archive);
         (void)archive_write_free(w->archive);
     }
     if (w->fd >= 0) (void)close(w->fd);

@@ -13,7 +13,7 @@
 #include "neural/data/store_read.h"
 
 #if defined(__SANITIZE_ADDRESS__)
-enum { KILLS = 24, SHARD_ROUNDS = 3 };
+enum { KILLS = 12, SHARD_ROUNDS = 2 };
 #else
 enum { KILLS = 100, SHARD_ROUNDS = 8 };
 #endif
