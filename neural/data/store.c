@@ -28,6 +28,7 @@ struct pbnds_store {
     /* The sample begun last. */
     int index;
     char temp[PBNDS_STORE_PATH_MAX];
+    bool sync;    /* as pbnds_file_set_sync() had it when the store was opened */
     bool changed; /* a manifest that was there is not true any more */
 };
 
@@ -96,6 +97,8 @@ enum pbnds_status pbnds_store_open(const char *dir,
     s->per_unit = s->tars ? recipe->per_tar : 1;
     memcpy(s->count, count, sizeof s->count);
     s->number = -1;
+    s->sync = pbnds_file_set_sync(true);
+    (void)pbnds_file_set_sync(s->sync);
     char path[PBNDS_STORE_PATH_MAX];
     (void)snprintf(path, sizeof path, "%s/dataset.json", dir);
     s->lock = open(path, O_RDWR | O_CLOEXEC);
@@ -281,7 +284,8 @@ enum pbnds_status pbnds_store_commit(struct pbnds_store *store,
     }
     PBNDS_TRY(pbnds_sample_seal(store->temp, error));
     /* What waits for its tar is looked at again before it goes in. */
-    if (!store->tars) PBNDS_TRY(pbnds_store_sync_files(store->temp, error));
+    if (!store->tars && store->sync)
+        PBNDS_TRY(pbnds_store_sync_files(store->temp, error));
     place(store, store->tars ? PBNDS_PLACE_STAGED : PBNDS_PLACE_FOLDER, store->index,
           path);
     if (rename(store->temp, path) != 0) {
@@ -343,7 +347,7 @@ static enum pbnds_status write_tar(const struct pbnds_store *s, const char *old,
             status = pbnds_pack_members(writer, old, &s->tar, i, error);
         }
     }
-    if (status == PBNDS_OK) return pbnds_tar_writer_close(writer, error);
+    if (status == PBNDS_OK) return pbnds_tar_writer_close(writer, s->sync, error);
     pbnds_tar_writer_abort(writer);
     return status;
 }
@@ -363,7 +367,7 @@ static enum pbnds_status pack_unit(struct pbnds_store *s, struct pbnds_error *er
         (void)unlink(temp);
         return status;
     }
-    pbnds_store_sync(s->dir);
+    if (s->sync) pbnds_store_sync(s->dir);
     for (int i = s->unit.first; i < s->unit.end; ++i) {
         char staged[PBNDS_STORE_PATH_MAX];
         place(s, PBNDS_PLACE_STAGED, i, staged);

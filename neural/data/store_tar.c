@@ -87,12 +87,12 @@ enum pbnds_status pbnds_tar_writer_add(struct pbnds_tar_writer *w, const char *n
     return status;
 }
 
-enum pbnds_status pbnds_tar_writer_close(struct pbnds_tar_writer *w,
+enum pbnds_status pbnds_tar_writer_close(struct pbnds_tar_writer *w, bool sync,
                                          struct pbnds_error *error)
 {
     enum pbnds_status status = PBNDS_OK;
     if (archive_write_close(w->archive) != ARCHIVE_OK) status = fail_write(w, error);
-    if (status == PBNDS_OK && fsync(w->fd) != 0) {
+    if (status == PBNDS_OK && sync && fsync(w->fd) != 0) {
         status = pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be written: %s", w->path,
                             strerror(errno));
     }

@@ -7,6 +7,7 @@
 #ifndef PBNDS_NEURAL_DATA_STORE_TAR_H
 #define PBNDS_NEURAL_DATA_STORE_TAR_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "engine/core/error.h"
@@ -25,8 +26,8 @@ enum pbnds_status pbnds_tar_writer_open(const char *path,
 enum pbnds_status pbnds_tar_writer_add(struct pbnds_tar_writer *writer,
                                        const char *name, const void *bytes, size_t size,
                                        struct pbnds_error *error) PBNDS_NODISCARD;
-/** Ends the file, syncs and closes it; the writer is gone in any case. */
-enum pbnds_status pbnds_tar_writer_close(struct pbnds_tar_writer *writer,
+/** Ends the file, syncs it if asked to and closes it; the writer is gone in any case. */
+enum pbnds_status pbnds_tar_writer_close(struct pbnds_tar_writer *writer, bool sync,
                                          struct pbnds_error *error) PBNDS_NODISCARD;
 /** Gives up: the file is left as it is. */
 void pbnds_tar_writer_abort(struct pbnds_tar_writer *writer);
