@@ -122,9 +122,10 @@ struct feature_job {
 
 static size_t source_pixel(const struct feature_job *job, int x, size_t row)
 {
-    const int sx = clamped(job->window.x + x, job->view->width);
-    const int sy = clamped(job->window.y + (int)row, job->view->height);
-    return (size_t)sy * (size_t)job->view->width + (size_t)sx;
+    const struct pbnds_view *v = job->view;
+    const int sx = clamped(job->window.x + x - v->x, v->width);
+    const int sy = clamped(job->window.y + (int)row - v->y, v->height);
+    return (size_t)sy * (size_t)v->width + (size_t)sx;
 }
 
 static void view_row(void *context, size_t row, int thread)

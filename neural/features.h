@@ -47,11 +47,6 @@ struct pbnds_feature_table {
     int bands; /**< of the positional encoding, 0: none */
 };
 
-/** A window of a view; it may reach past the image, whose border is then repeated. */
-struct pbnds_window {
-    int x, y, width, height;
-};
-
 /** One light for the light planes. */
 struct pbnds_light_source {
     struct pbnds_vec3 wi;       /**< unit, world */
@@ -70,7 +65,8 @@ extern "C" {
 int pbnds_features_view_channels(const struct pbnds_feature_table *table);
 int pbnds_features_light_channels(const struct pbnds_feature_table *table);
 
-/** dst: [window.height, window.width, channels] float32. */
+/** dst: [window.height, window.width, channels] float32. The view covers what the window
+ * has of the image. */
 void pbnds_features_view(const struct pbnds_feature_table *table,
                          const struct pbnds_view *view, struct pbnds_window window,
                          float *dst);

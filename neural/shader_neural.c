@@ -128,24 +128,3 @@ void pbnds_shader_neural_free(const struct pbnds_shader *shader)
 {
     if (shader) shader->ops->destroy((struct pbnds_shader *)(uintptr_t)shader);
 }
-
-struct pbnds_window pbnds_padded_window(const struct pbnds_net *net, int width,
-                                        int height)
-{
-    const int multiple = 1 << pbnds_net_deepest_level(net);
-    return (struct pbnds_window){0, 0, (width + multiple - 1) / multiple * multiple,
-                                 (height + multiple - 1) / multiple * multiple};
-}
-
-int pbnds_lights_a_chunk(const struct pbnds_model *model, struct pbnds_window window,
-                         size_t max_memory, int lights)
-{
-    /* float inputs and outputs, and about 96 float channels of activations alive at
-     * once */
-    const size_t a_pixel = sizeof(float) * ((size_t)model->light_channels + 96);
-    const size_t a_light = a_pixel * (size_t)window.width * (size_t)window.height;
-    const size_t budget = max_memory ? max_memory / 2 : (size_t)512 << 20;
-    const size_t fit = budget / a_light;
-    const size_t most = fit < 1 ? 1 : fit > PBNDS_CHUNK_MAX ? PBNDS_CHUNK_MAX : fit;
-    return (int)most < lights ? (int)most : lights > 0 ? lights : 1;
-}

@@ -39,12 +39,24 @@ enum pbnds_plane {
     PBNDS_PLANE_COUNT = PBNDS_PLANE_HORIZON + PBNDS_HORIZONS,
 };
 
+/** The planes cover a rectangle of the image; what is derived from depth sees all of it,
+ * so that a pixel's values do not depend on the rectangle. */
 struct pbnds_view {
-    int width, height;
+    int width, height;             /**< of the planes */
+    int x, y;                      /**< of their first pixel in the image */
+    int image_width, image_height; /**< of depth */
     struct pbnds_camera camera;
     float *plane[PBNDS_PLANE_COUNT]; /**< into storage */
-    float *depth;                    /**< planar metres, +inf where nothing was hit */
-    float *storage;                  /**< owned */
+    const float
+        *depth;     /**< planar metres, +inf where nothing was hit; the whole image's
+                         */
+    float *storage; /**< owned */
+};
+
+/** A rectangle of the image, in its pixels; it may reach past the image, whose border is
+ * then repeated. */
+struct pbnds_window {
+    int x, y, width, height;
 };
 
 /** What one light looks like from every pixel, by march through the depth buffer. */
@@ -61,9 +73,19 @@ extern "C" {
 enum pbnds_status pbnds_view_create(const struct pbnds_gbuffer *gbuffer,
                                     struct pbnds_view *view,
                                     struct pbnds_error *error) PBNDS_NODISCARD;
+/** The part of a view under `window`, which must meet the image; its depth is the
+ * G-buffer's, which must outlive it. median_depth: of pbnds_view_median_depth(). */
+enum pbnds_status pbnds_view_create_part(const struct pbnds_gbuffer *gbuffer,
+                                         struct pbnds_window window, float median_depth,
+                                         struct pbnds_view *view,
+                                         struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_view_free(struct pbnds_view *view);
+/** Of the pixels where something was hit; 1 where that is none. */
+float pbnds_view_median_depth(const struct pbnds_gbuffer *gbuffer);
+/** Bytes of a pixel of the planes. */
+size_t pbnds_view_bytes_a_pixel(void);
 
-/** Marches from every covered pixel towards `count` <= 32 directions (unit, world) and
+/** Marches from every covered pixel of the view towards `count` <= 32 directions (unit, world) and
  * writes width * height words to each mask (caller's arrays). */
 void pbnds_view_march(const struct pbnds_view *view, const struct pbnds_vec3 *wi,
                       int count, struct pbnds_march *march);

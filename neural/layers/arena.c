@@ -48,9 +48,9 @@ int pbnds_arena_take(struct pbnds_arena *arena, size_t size)
         struct pbnds_block *b = &arena->blocks[i];
         free(b->data);
         const size_t rounded = (size / ALIGNMENT + 1) * ALIGNMENT;
-        b->data = aligned_alloc(ALIGNMENT, rounded);
-        b->size = b->data ? rounded : 0;
-        if (!b->data) return -1;
+        b->data = arena->dry ? NULL : aligned_alloc(ALIGNMENT, rounded);
+        b->size = b->data || arena->dry ? rounded : 0;
+        if (b->size == 0) return -1;
     }
     arena->blocks[i].taken = true;
     return i;
@@ -77,7 +77,7 @@ void pbnds_arena_free(struct pbnds_arena *arena)
     for (int i = 0; i < arena->count; ++i)
         free(arena->blocks[i].data);
     free(arena->blocks);
-    *arena = (struct pbnds_arena){NULL, 0, 0};
+    *arena = (struct pbnds_arena){.dry = arena->dry};
 }
 
 size_t pbnds_arena_bytes(const struct pbnds_arena *arena)

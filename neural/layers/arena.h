@@ -18,6 +18,7 @@ struct pbnds_block {
 struct pbnds_arena {
     struct pbnds_block *blocks;
     int count, capacity;
+    bool dry; /**< only count: blocks get no memory */
 };
 
 #ifdef __cplusplus

@@ -89,6 +89,11 @@ void pbnds_net_init(struct pbnds_net *net, uint64_t seed);
 void pbnds_net_macs(const struct pbnds_net *net, int h, int w, double *per_view,
                     double *per_light);
 int pbnds_net_deepest_level(const struct pbnds_net *net);
+/** Pixels on each side of a rectangle that the outputs inside it depend on, where the
+ *  rectangle's corners are multiples of 1 << (deepest level); itself such a multiple. A
+ *  pass over the rectangle with so much around it gives the same values inside as a pass
+ *  over any larger one, for what zero padding brings in from the rim ends within it. */
+int pbnds_net_halo(const struct pbnds_net *net);
 
 /** How a pass is run. */
 struct pbnds_pass {
@@ -99,6 +104,12 @@ struct pbnds_pass {
     uint64_t dropout_key; /**< masks are a pure function of (key, layer, element); give
                                every chunk of lights its own key, the same in a re-run */
 };
+
+/** Bytes that inference by such passes takes at most: activations of the view scope and of
+ *  one chunk of lights, and the work room of transposed convolutions; not weights, which
+ *  no size changes, nor inputs and outputs, which are the caller's. SIZE_MAX: not known, for
+ *  want of memory, or no valid pass. */
+size_t pbnds_net_bytes(const struct pbnds_net *net, const struct pbnds_pass *pass);
 
 /** Runs the view scope. view_input: [B, h, w, C] float32. Its activations stay valid for any
  *  number of light chunks. view_output (or NULL) receives [B, oh, ow, C'] float32. */

@@ -27,6 +27,9 @@ struct pbnds_row {
     int last_use[PBNDS_MODES];
     /** Held until the scope's backward or next forward; by mode. */
     bool keep[PBNDS_MODES];
+    /** Cells of this row before and behind an aligned rectangle that the outputs inside
+     *  the rectangle depend on. */
+    int reach_before, reach_behind;
 };
 
 /** Blocks of the arena that hold a row's tensors, -1 for none. */
@@ -59,6 +62,9 @@ int pbnds_row_source(const struct pbnds_net *net, int row, bool train);
 
 /** Checks the table and fills net->rows. */
 enum pbnds_status pbnds_table_derive(struct pbnds_net *net, struct pbnds_error *error);
+
+/** Fills the rows' reach; the rest of net->rows is there. */
+void pbnds_table_reach(struct pbnds_net *net);
 
 /** The convolution that row r of CONV or UP is, on `images` images of a pass of h x w.
  */

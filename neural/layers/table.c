@@ -280,6 +280,7 @@ enum pbnds_status pbnds_table_derive(struct pbnds_net *net, struct pbnds_error *
     mark_used(net);
     mark_lifetimes(net, false);
     mark_lifetimes(net, true);
+    pbnds_table_reach(net);
     return PBNDS_OK;
 }
 

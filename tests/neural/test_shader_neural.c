@@ -165,23 +165,57 @@ static void transport_scales_with_the_light(void **state)
     pbnds_gbuffer_free(&g);
 }
 
-static void chunks_of_lights_do_not_matter(void **state)
+/* Memory for both lights at once in one window, or for one light at a time in several
+ * windows: one picture, bit for bit. */
+static void tiles_and_chunks_do_not_matter(void **state)
 {
     (void)state;
-    struct pbnds_gbuffer g = fixture_walls(40, 30);
+    struct pbnds_gbuffer g = fixture_walls(201, 113);
     struct pbnds_envmap *env = fixture_env(1.0f, 9);
     static const char *const MODELS[] = {"transport", "pbnds+"};
-    for (int m = 0; m < 2; ++m) {
-        const struct pbnds_shader *s = make_shader(MODELS[m], PBNDS_F32);
-        struct pbnds_image a = shade(s, &g, env, 20, 0), b = shade(s, &g, env, 20, 1);
-        assert_true(largest(&a) > 0.0 || m == 1);
-        assert_true(difference(&a, &b, 1.0) <= 1e-5 * (largest(&a) + 1e-3));
-        pbnds_image_free(&a);
-        pbnds_image_free(&b);
+    static const size_t MEMORY[] = {1, (size_t)32 << 20};
+    for (int m = 0; m < 4; ++m) {
+        const enum pbnds_dtype dtype = m < 2 ? PBNDS_F32 : PBNDS_BF16;
+        if (dtype == PBNDS_BF16 && !pbnds_backend_has_fast_bf16()) continue;
+        const struct pbnds_shader *s = make_shader(MODELS[m % 2], dtype);
+        struct pbnds_image whole = shade(s, &g, env, 2, 0);
+        struct pbnds_image tiled = shade(s, &g, env, 2, MEMORY[m % 2]);
+        assert_true(largest(&whole) > 0.0);
+        assert_true(difference(&whole, &tiled, 1.0) == 0.0);
+        pbnds_image_free(&tiled);
+        pbnds_image_free(&whole);
         pbnds_shader_neural_free(s);
     }
     pbnds_envmap_free(env);
     pbnds_gbuffer_free(&g);
+}
+
+static void any_size_is_shaded(void **state)
+{
+    (void)state;
+    static const int SIZES[][2] = {{1, 1}, {3, 2}, {5, 90}, {200, 1}};
+    struct pbnds_envmap *env = fixture_env(1.0f, 9);
+    static const char *const MODELS[] = {"transport", "pbnds+"};
+    for (int m = 0; m < 2; ++m) {
+        const struct pbnds_shader *s = make_shader(MODELS[m], PBNDS_F32);
+        for (size_t k = 0; k < sizeof SIZES / sizeof *SIZES; ++k) {
+            struct pbnds_gbuffer g;
+            assert_int_equal(pbnds_gbuffer_init(&g, SIZES[k][0], SIZES[k][1], NULL),
+                             PBNDS_OK);
+            g.camera = fixture_camera();
+            for (int y = 0; y < g.height; ++y) {
+                for (int x = 0; x < g.width; ++x)
+                    fixture_pixel(&g, x, y, 2.0f, pbnds_vec3_make(0.0f, 0.0f, 1.0f));
+            }
+            struct pbnds_image image = shade(s, &g, env, 3, 0);
+            assert_true(largest(&image) >= 0.0); /* finite */
+            assert_true(m == 1 || largest(&image) > 0.0);
+            pbnds_image_free(&image);
+            pbnds_gbuffer_free(&g);
+        }
+        pbnds_shader_neural_free(s);
+    }
+    pbnds_envmap_free(env);
 }
 
 static void uncovered_pixels_stay_black_and_emission_is_exact(void **state)
@@ -262,7 +296,8 @@ int main(void)
         cmocka_unit_test(transport_of_no_light_is_exactly_zero),
         cmocka_unit_test(lights_of_the_file_are_added),
         cmocka_unit_test(transport_scales_with_the_light),
-        cmocka_unit_test(chunks_of_lights_do_not_matter),
+        cmocka_unit_test(tiles_and_chunks_do_not_matter),
+        cmocka_unit_test(any_size_is_shaded),
         cmocka_unit_test(uncovered_pixels_stay_black_and_emission_is_exact),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(damaged_weights_are_refused),

@@ -86,12 +86,83 @@ static void march_finds_the_block_between_point_and_light(void **state)
     }
 }
 
+/* What a part holds of the view is what the whole view holds there. */
+static void a_part_is_a_cut_of_the_whole(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g = fixture_walls(61, 47);
+    struct pbnds_view all, part;
+    const struct pbnds_vec3 wi[2] = {
+        pbnds_normalize(pbnds_vec3_make(1.0f, 0.0f, 0.6f)),
+        pbnds_normalize(pbnds_vec3_make(-0.4f, 1.0f, 0.3f))};
+    static const struct pbnds_window WINDOWS[] = {
+        {-16, -16, 48, 48}, {23, 18, 17, 9}, {40, 30, 64, 64}, {0, 0, 61, 47}};
+    assert_int_equal(pbnds_view_create(&g, &all, NULL), PBNDS_OK);
+    static uint32_t thin[2][61 * 47], thick[2][61 * 47];
+    struct pbnds_march march[2] = {{thin[0], thick[0]}, {thin[1], thick[1]}};
+    pbnds_view_march(&all, wi, 2, &march[0]);
+    const float median = pbnds_view_median_depth(&g);
+    for (size_t k = 0; k < sizeof WINDOWS / sizeof *WINDOWS; ++k) {
+        assert_int_equal(pbnds_view_create_part(&g, WINDOWS[k], median, &part, NULL),
+                         PBNDS_OK);
+        assert_true(part.x >= 0 && part.x + part.width <= 61);
+        assert_true(part.y >= 0 && part.y + part.height <= 47);
+        pbnds_view_march(&part, wi, 2, &march[1]);
+        for (int y = 0; y < part.height; ++y) {
+            const size_t from = at(&all, part.x, part.y + y), to = at(&part, 0, y);
+            const size_t row = (size_t)part.width * sizeof(float);
+            for (int j = 0; j < PBNDS_PLANE_COUNT; ++j) {
+                assert_memory_equal(part.plane[j] + to, all.plane[j] + from, row);
+            }
+            assert_memory_equal(thin[1] + to, thin[0] + from, row);
+            assert_memory_equal(thick[1] + to, thick[0] + from, row);
+        }
+        pbnds_view_free(&part);
+    }
+    assert_int_equal(pbnds_view_create_part(&g, (struct pbnds_window){61, 0, 5, 5},
+                                            median, &part, NULL),
+                     PBNDS_ERROR_ARGUMENT);
+    pbnds_view_free(&all);
+    pbnds_gbuffer_free(&g);
+}
+
+static int compare(const void *a, const void *b)
+{
+    const float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static void median_is_that_of_the_sorted_depths(void **state)
+{
+    (void)state;
+    struct pbnds_gbuffer g;
+    assert_int_equal(pbnds_gbuffer_init(&g, 31, 17, NULL), PBNDS_OK);
+    assert_near((double)pbnds_view_median_depth(&g), 1.0, 0.0); /* nothing was hit */
+    struct pbnds_rng rng = pbnds_rng_make(5, 0, 0);
+    for (int round = 0; round < 20; ++round) {
+        float sorted[31 * 17];
+        int n = 0;
+        for (int i = 0; i < 31 * 17; ++i) {
+            const float u = pbnds_rng_float(&rng);
+            g.depth[i] = u < 0.3f    ? INFINITY
+                         : round % 2 ? 4.0f + 1e-6f * u /* few values, many ties */
+                                     : expf(20.0f * u - 10.0f);
+            if (isfinite(g.depth[i])) sorted[n++] = g.depth[i];
+        }
+        qsort(sorted, (size_t)n, sizeof *sorted, compare);
+        assert_true(pbnds_view_median_depth(&g) == sorted[n / 2]);
+    }
+    pbnds_gbuffer_free(&g);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(planes_are_in_camera_space),
         cmocka_unit_test(horizons_rise_towards_what_stands_before),
         cmocka_unit_test(march_finds_the_block_between_point_and_light),
+        cmocka_unit_test(a_part_is_a_cut_of_the_whole),
+        cmocka_unit_test(median_is_that_of_the_sorted_depths),
     };
     return cmocka_run_group_tests_name("neural/view", tests, NULL, NULL);
 }
