@@ -40,6 +40,25 @@ typedef uint16_t pbnds_short8 __attribute__((vector_size(16)));
 #define PBNDS_VECTORS 1
 #endif
 
+#if defined(PBNDS_VECTORS)
+/** *sum += weight * (eight shorts from p on) */
+static inline void pbnds_add8(pbnds_float8 *sum, float weight, const uint16_t *p)
+{
+    pbnds_short8 narrow;
+    memcpy(&narrow, p, sizeof narrow);
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+    /* A shuffle with zeros: gcc 12 makes of it the one instruction that there is for
+     * this, and five of a conversion. */
+    const pbnds_short8 zero = {0, 0, 0, 0, 0, 0, 0, 0};
+    const pbnds_int8 whole = (pbnds_int8)__builtin_shufflevector(
+        narrow, zero, 0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15);
+#else
+    const pbnds_int8 whole = __builtin_convertvector(narrow, pbnds_int8);
+#endif
+    *sum += weight * __builtin_convertvector(whole, pbnds_float8);
+}
+#endif
+
 /** column[c][lane] = row[lane][c] for four lanes from `lane` on and four columns from `c`
  *  on; rows are `stride` floats apart. */
 static inline void pbnds_transpose4(const float *row, size_t stride, float *column,

@@ -215,11 +215,8 @@ static inline void pbnds_gather8(const uint16_t *texels, size_t stride,
     pbnds_float8 sum = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     for (int level = 0; level < taps->levels[lane]; ++level) {
         for (int tap = 0; tap < 4; ++tap) {
-            pbnds_short8 p;
-            memcpy(&p, texels + taps->texel[level][tap][lane] * stride, sizeof p);
-            const pbnds_int8 whole = __builtin_convertvector(p, pbnds_int8);
-            sum += taps->weight[level][tap][lane] *
-                   __builtin_convertvector(whole, pbnds_float8);
+            pbnds_add8(&sum, taps->weight[level][tap][lane],
+                       texels + taps->texel[level][tap][lane] * stride);
         }
     }
     sum *= 1.0f / 65535.0f;

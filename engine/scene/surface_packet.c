@@ -255,22 +255,51 @@ static inline void normals(struct group *g, const struct pbnds_ray_packet *rays,
     }
 }
 
+/* What loops write to is local here and then copied: only then are they vector
+ * instructions. */
+static inline void fill(float value, float *out)
+{
+    float lanes[LANES];
+    for (int k = 0; k < LANES; ++k)
+        lanes[k] = value;
+    memcpy(out, lanes, sizeof lanes);
+}
+
+static inline void fill_ids(uint32_t value, uint32_t *out)
+{
+    uint32_t lanes[LANES];
+    for (int k = 0; k < LANES; ++k)
+        lanes[k] = value;
+    memcpy(out, lanes, sizeof lanes);
+}
+
 /* factor * map, or the factor alone; clamped. */
 static inline void factor_times(float factor, const float *map, float *out)
 {
-    if (map) {
-        for (int k = 0; k < LANES; ++k)
-            out[k] = unit(factor * map[k]);
-    } else {
-        for (int k = 0; k < LANES; ++k)
-            out[k] = unit(factor);
+    if (!map) {
+        fill(unit(factor), out);
+        return;
     }
+    float lanes[LANES];
+    for (int k = 0; k < LANES; ++k)
+        lanes[k] = unit(factor * map[k]);
+    memcpy(out, lanes, sizeof lanes);
 }
 
-static inline void fill(float value, float *out)
+/* factor * map for the three channels of a colour, not clamped; or the factor alone. */
+static inline void color_times(const float factor[3], float (*map)[LANES],
+                               float (*out)[LANES])
 {
+    float r[LANES], g[LANES], b[LANES];
     for (int k = 0; k < LANES; ++k)
-        out[k] = value;
+        r[k] = map ? factor[0] * map[0][k] : factor[0];
+    for (int k = 0; k < LANES; ++k)
+        g[k] = map ? factor[1] * map[1][k] : factor[1];
+    for (int k = 0; k < LANES; ++k)
+        b[k] = map ? factor[2] * map[2][k] : factor[2];
+    memcpy(out[0], r, sizeof r);
+    memcpy(out[1], g, sizeof g);
+    memcpy(out[2], b, sizeof b);
 }
 
 static inline void material(const struct group *g, float (*values)[LANES],
@@ -279,20 +308,19 @@ static inline void material(const struct group *g, float (*values)[LANES],
     const struct pbnds_material *m = g->material;
     const int none[PBNDS_MAP_COUNT] = {-1, -1, -1, -1, -1, -1, -1};
     const int *first = g->bundle ? g->bundle->first : none;
-    const float factor[3] = {m->base_color.x, m->base_color.y, m->base_color.z};
     const float emissive[3] = {m->emissive.x, m->emissive.y, m->emissive.z};
-    const float color[3] = {m->specular_color.x, m->specular_color.y,
-                            m->specular_color.z};
+    const struct pbnds_vec3 color = m->specular_color;
     const int base = first[PBNDS_MAP_BASE_COLOR], glow = first[PBNDS_MAP_EMISSIVE];
     const int mr = first[PBNDS_MAP_METALLIC_ROUGHNESS];
     const int ao = first[PBNDS_MAP_OCCLUSION];
-    for (int c = 0; c < 3; ++c) {
-        factor_times(factor[c], base < 0 ? NULL : values[base + c], s->base_color[c]);
-        for (int k = 0; k < LANES && glow >= 0; ++k)
-            s->emission[c][k] = emissive[c] * values[glow + c][k];
-        if (glow < 0) fill(emissive[c], s->emission[c]);
-        fill(unit(fminf(m->ior_f0 * color[c], 1.0f) * m->specular), s->f0[c]);
-    }
+    /* One by one: in a loop over the channels these would not be vector instructions. */
+    factor_times(m->base_color.x, base < 0 ? NULL : values[base], s->base_color[0]);
+    factor_times(m->base_color.y, base < 0 ? NULL : values[base + 1], s->base_color[1]);
+    factor_times(m->base_color.z, base < 0 ? NULL : values[base + 2], s->base_color[2]);
+    color_times(emissive, glow < 0 ? NULL : values + glow, s->emission);
+    fill(unit(fminf(m->ior_f0 * color.x, 1.0f) * m->specular), s->f0[0]);
+    fill(unit(fminf(m->ior_f0 * color.y, 1.0f) * m->specular), s->f0[1]);
+    fill(unit(fminf(m->ior_f0 * color.z, 1.0f) * m->specular), s->f0[2]);
     fill(unit(m->specular), s->f90);
     factor_times(m->roughness, mr < 0 ? NULL : values[mr], s->roughness);
     factor_times(m->metallic, mr < 0 ? NULL : values[mr + 1], s->metallic);
@@ -303,10 +331,8 @@ static inline void material(const struct group *g, float (*values)[LANES],
     fill(1.0f, s->occlusion);
     for (int k = 0; k < LANES && ao >= 0; ++k)
         s->occlusion[k] = unit(1.0f + m->occlusion_strength * (values[ao][k] - 1.0f));
-    for (int k = 0; k < LANES; ++k) {
-        s->object_id[k] = g->mesh->object_id;
-        s->material[k] = (uint32_t)g->mesh->material;
-    }
+    fill_ids(g->mesh->object_id, s->object_id);
+    fill_ids((uint32_t)g->mesh->material, s->material);
 }
 
 /* All that the lanes of one mesh need. */
@@ -385,12 +411,62 @@ static void merge(const struct group *g, const struct pbnds_surface_packet *from
     memcpy(to, b, sizeof b);
 }
 
+/* Have all lanes hit one mesh? */
+PBNDS_LANES_CODE
+static bool is_whole(const struct pbnds_hit_packet *hits)
+{
+    uint32_t differ = 0;
+    for (int k = 0; k < LANES; ++k)
+        differ |= hits->mesh[k] ^ hits->mesh[0];
+    return differ == 0 && hits->mesh[0] != UINT32_MAX;
+}
+
+/* The lanes of a group that need it, or all of them, by pbnds_scene_surface(). */
+static void shade_odd(const struct pbnds_scene *scene,
+                      const struct pbnds_ray_packet *rays,
+                      const struct pbnds_hit_packet *hits, const struct group *g,
+                      bool plain, const float *footprint,
+                      struct pbnds_surface_packet *surface)
+{
+    for (int k = 0; k < LANES; ++k)
+        if (g->member[k] && (!plain || g->odd[k]))
+            shade_lane(scene, rays, hits, k, footprint[k], surface);
+}
+
+static bool any_of(const int flags[LANES])
+{
+    int any = 0;
+    for (int k = 0; k < LANES; ++k)
+        any |= flags[k];
+    return any != 0;
+}
+
+/* The common case: no lanes to choose. @return false: it is not that */
+static bool shade_whole(const struct pbnds_scene *scene,
+                        const struct pbnds_ray_packet *rays,
+                        const struct pbnds_hit_packet *hits, const float *footprint,
+                        struct pbnds_surface_packet *surface)
+{
+    if (!is_whole(hits)) return false;
+    struct group g;
+    g.mesh = &scene->meshes[hits->mesh[0]];
+    g.material = &scene->materials[g.mesh->material];
+    g.bundle = NULL;
+    if (!is_plain(scene, &g)) return false;
+    for (int k = 0; k < LANES; ++k)
+        g.member[k] = 1;
+    shade_group(&g, rays, hits, 0, footprint, surface);
+    if (any_of(g.odd)) shade_odd(scene, rays, hits, &g, true, footprint, surface);
+    return true;
+}
+
 void pbnds_scene_surface_packet(const struct pbnds_scene *scene,
                                 const struct pbnds_ray_packet *rays,
                                 const struct pbnds_hit_packet *hits,
                                 const float footprint[PBNDS_PACKET],
                                 struct pbnds_surface_packet *surface)
 {
+    if (shade_whole(scene, rays, hits, footprint, surface)) return;
     int todo[LANES], left = 0;
     for (int k = 0; k < LANES; ++k) {
         todo[k] = hits->mesh[k] != UINT32_MAX;
@@ -410,15 +486,11 @@ void pbnds_scene_surface_packet(const struct pbnds_scene *scene,
         }
         left -= count;
         const bool plain = is_plain(scene, &g);
-        if (plain && count == LANES) {
-            shade_group(&g, rays, hits, first, footprint, surface);
-        } else if (plain) {
+        if (plain) {
             struct pbnds_surface_packet part;
             shade_group(&g, rays, hits, first, footprint, &part);
             merge(&g, &part, surface);
         }
-        for (int k = 0; k < LANES; ++k)
-            if (g.member[k] && (!plain || g.odd[k]))
-                shade_lane(scene, rays, hits, k, footprint[k], surface);
+        shade_odd(scene, rays, hits, &g, plain, footprint, surface);
     }
 }

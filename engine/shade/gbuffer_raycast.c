@@ -166,13 +166,11 @@ struct strip {
     _Alignas(64) char memory[PBNDS_PLANES_MAX][STRIP_BYTES];
 };
 
-/* Float planes and id planes alike: four bytes a pixel. */
+/* Float planes and id planes alike: four bytes a pixel. Packet after packet: write_strip()
+ * makes rows of them. */
 static inline void put(int column, void *plane, const void *lanes)
 {
-    char *to = (char *)plane + 4 * column;
-    const char *from = lanes;
-    for (int row = 0; row < BLOCK; ++row)
-        memcpy(to + row * STRIP * 4, from + row * BLOCK * 4, BLOCK * 4);
+    memcpy((char *)plane + 4 * BLOCK * column, lanes, 4 * LANES);
 }
 
 static inline void put3(int column, float *const plane[3], const float lanes[3][LANES])
@@ -203,9 +201,8 @@ static void put_motion(const struct raycast *job, int column,
 }
 
 /* Puts a packet into a strip, from `column` on. */
-static void put_packet(const struct raycast *job, int column,
-                       const struct pbnds_gbuffer *g,
-                       const struct pbnds_hit_packet *hits,
+PBNDS_LANES_CODE
+static void put_packet(int column, const struct pbnds_gbuffer *g,
                        const struct pbnds_surface_packet *s, const struct derived *d)
 {
     put3(column, g->albedo, s->base_color);
@@ -229,7 +226,6 @@ static void put_packet(const struct raycast *job, int column,
         put(column, g->uv[1], s->uv[1]);
     }
     if (g->material_id) put(column, g->material_id, d->material_id);
-    if (g->motion[0]) put_motion(job, column, g, hits, s);
 }
 
 static void cast_block(const struct raycast *job, int x0, int y0, int column,
@@ -248,22 +244,25 @@ static void cast_block(const struct raycast *job, int x0, int y0, int column,
     make_footprints(&job->view, &rays, &hits, footprint);
     pbnds_scene_surface_packet(job->scene, &rays, &hits, footprint, &surface);
     derive(&job->view, &hits, &surface, &derived);
-    put_packet(job, column, strip, &hits, &surface, &derived);
+    put_packet(column, strip, &surface, &derived);
+    if (strip->motion[0]) put_motion(job, column, strip, &hits, &surface);
 }
 
-/* A cache line that nobody reads soon: past the caches where it is whole and the processor
- * can, which saves reading it first and keeps the tree and the textures in them. */
-static inline void stream_line(char *to, const char *from)
+/* One row of a plane of a strip, BLOCK pixels of each packet: a cache line that nobody
+ * reads soon. Past the caches where it is whole and the processor can, which saves reading
+ * it first and keeps the tree and the textures in them. */
+static inline void stream_row(char *to, const char *from)
 {
 #if defined(__SSE__)
     if (((uintptr_t)to & 63u) == 0) {
-        for (int i = 0; i < STRIP; i += 4)
-            _mm_stream_ps((float *)(void *)to + i,
-                          _mm_load_ps((const float *)(const void *)from + i));
+        for (int i = 0; i < STRIP / BLOCK; ++i)
+            _mm_stream_ps((float *)(void *)to + BLOCK * i,
+                          _mm_load_ps((const float *)(const void *)from + LANES * i));
         return;
     }
 #endif
-    memcpy(to, from, 4 * STRIP);
+    for (int i = 0; i < STRIP / BLOCK; ++i)
+        memcpy(to + 4 * BLOCK * i, from + 4 * LANES * i, 4 * BLOCK);
 }
 
 /* Copies a strip out; what of it is beyond the image is dropped. */
@@ -273,17 +272,16 @@ static void write_strip(const struct raycast *job, int x, int y,
 {
     const int width = job->gbuffer->width, height = job->gbuffer->height;
     const int rows = height - y < BLOCK ? height - y : BLOCK;
-    const size_t bytes = width - x < STRIP ? 4 * (size_t)(width - x) : 4 * STRIP;
+    const int columns = width - x < STRIP ? width - x : STRIP;
     for (int p = 0; p < job->plane_count; ++p) {
         char *to = job->planes[p] + 4 * ((size_t)y * (size_t)width + (size_t)x);
         const char *from = strip->memory[p];
         for (int row = 0; row < rows; ++row) {
-            if (bytes == 4 * STRIP)
-                stream_line(to, from);
-            else
-                memcpy(to, from, bytes);
+            if (columns == STRIP) stream_row(to, from);
+            for (int k = 0; k < columns && columns < STRIP; ++k)
+                memcpy(to + 4 * k, from + 4 * (k / BLOCK * LANES + k % BLOCK), 4);
             to += 4 * (size_t)width;
-            from += 4 * STRIP;
+            from += 4 * BLOCK;
         }
     }
 }
