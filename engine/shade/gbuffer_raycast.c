@@ -228,21 +228,16 @@ static void put_packet(int column, const struct pbnds_gbuffer *g,
     if (g->material_id) put(column, g->material_id, d->material_id);
 }
 
-static void cast_block(const struct raycast *job, int x0, int y0, int column,
-                       const struct pbnds_gbuffer *strip)
+static void cast_block(const struct raycast *job, const struct pbnds_ray_packet *rays,
+                       int column, const struct pbnds_gbuffer *strip)
 {
-    struct pbnds_ray_packet rays;
     struct pbnds_hit_packet hits;
     struct pbnds_surface_packet surface;
     struct derived derived;
     float footprint[LANES];
-    if (job->view.orthographic)
-        make_rays_parallel(&job->view, x0 + column, y0, &rays);
-    else
-        make_rays(&job->view, x0 + column, y0, &rays);
-    pbnds_accel_intersect_lanes(job->accel, &rays, &hits);
-    make_footprints(&job->view, &rays, &hits, footprint);
-    pbnds_scene_surface_packet(job->scene, &rays, &hits, footprint, &surface);
+    pbnds_accel_intersect_lanes(job->accel, rays, &hits);
+    make_footprints(&job->view, rays, &hits, footprint);
+    pbnds_scene_surface_packet(job->scene, rays, &hits, footprint, &surface);
     derive(&job->view, &hits, &surface, &derived);
     put_packet(column, strip, &surface, &derived);
     if (strip->motion[0]) put_motion(job, column, strip, &hits, &surface);
@@ -292,14 +287,19 @@ static void cast_tile(void *context, const struct pbnds_tile *tile)
 {
     const struct raycast *job = context;
     struct strip strip;
+    struct pbnds_ray_packet rays[STRIP / BLOCK];
     strip.planes = *job->gbuffer;
     pbnds_gbuffer_point_into(&strip.planes, strip.memory, sizeof strip.memory[0]);
     const int x0 = (tile->x0 + STRIP - 1) / STRIP * STRIP;
     const int y0 = (tile->y0 + BLOCK - 1) / BLOCK * BLOCK;
     for (int y = y0; y < tile->y1; y += BLOCK) {
         for (int x = x0; x < tile->x1; x += STRIP) {
+            /* All rays first: roots and quotients take long, but not in a row. */
+            for (int k = 0; k < STRIP / BLOCK; ++k)
+                (job->view.orthographic ? make_rays_parallel : make_rays)(
+                    &job->view, x + BLOCK * k, y, &rays[k]);
             for (int k = 0; k < STRIP && x + k < job->gbuffer->width; k += BLOCK)
-                cast_block(job, x, y, k, &strip.planes);
+                cast_block(job, &rays[k / BLOCK], k, &strip.planes);
             write_strip(job, x, y, &strip);
         }
     }
