@@ -8,6 +8,7 @@
 #include "tools/bench_scene.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/rows.h"
 #include "tools/shaders.h"
 #include "tools/shipped.h"
 #include "tools/world.h"
@@ -21,15 +22,9 @@ enum {
     BOUNCES = 8
 };
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double median(double seconds[REPEATS])
 {
-    qsort(seconds, REPEATS, sizeof *seconds, ascending);
+    qsort(seconds, REPEATS, sizeof *seconds, tool_ascending);
     return seconds[REPEATS / 2];
 }
 
@@ -139,6 +134,73 @@ static enum pbnds_status run_gbuffer(const struct tool_options *options,
     return status;
 }
 
+/* The trees that the flags of Embree give, of one scene. */
+struct trees {
+    struct pbnds_accel *accel[4];
+    double build[4];
+};
+
+static struct pbnds_accel_flags flags_of(int kind)
+{
+    return (struct pbnds_accel_flags){.robust = kind < 2, .compact = kind % 2 == 1};
+}
+
+static enum pbnds_status build_trees(const struct pbnds_scene *scene,
+                                     struct trees *trees, struct pbnds_error *error)
+{
+    for (int kind = 0; kind < 4; ++kind) {
+        const struct pbnds_accel_flags flags = flags_of(kind);
+        const double start = tool_seconds();
+        PBNDS_TRY(pbnds_accel_create_as(scene, &flags, &trees->accel[kind], error));
+        trees->build[kind] = tool_seconds() - start;
+        PBNDS_TRY(tool_check_stop(error));
+    }
+    return PBNDS_OK;
+}
+
+/* Camera rays by bare packets through each tree in turns. */
+static enum pbnds_status cast_trees(const struct trees *trees,
+                                    const struct pbnds_camera_view *view, int width,
+                                    int height, struct pbnds_error *error)
+{
+    double seconds[4][REPEATS];
+    for (int i = -1; i < REPEATS; ++i) {
+        for (int kind = 0; kind < 4; ++kind) {
+            const double start = tool_seconds();
+            (void)pbnds_accel_bare_primary(trees->accel[kind], view, width, height);
+            seconds[kind][i < 0 ? 0 : i] = tool_seconds() - start;
+            PBNDS_TRY(tool_check_stop(error));
+        }
+    }
+    for (int kind = 0; kind < 4; ++kind) {
+        const struct pbnds_accel_flags flags = flags_of(kind);
+        print_stage("bvh", width, height, pbnds_threads(), seconds[kind]);
+        (void)printf(" robust=%d compact=%d build_s=%.3f mib=%.1f", flags.robust,
+                     flags.compact, trees->build[kind],
+                     (double)pbnds_accel_bytes(trees->accel[kind]) / 1048576.0);
+        end_line();
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status run_bvh(const struct tool_options *options,
+                                 struct pbnds_error *error)
+{
+    const int width = options->size[0] ? options->size[0] : CAST_WIDTH;
+    const int height = options->size[1] ? options->size[1] : CAST_HEIGHT;
+    struct pbnds_scene scene;
+    struct pbnds_camera camera;
+    struct trees trees = {.build = {0.0}};
+    PBNDS_TRY(tool_bench_scene(&scene, &camera, error));
+    enum pbnds_status status = build_trees(&scene, &trees, error);
+    const struct pbnds_camera_view view = pbnds_camera_view(&camera, width, height);
+    if (status == PBNDS_OK) status = cast_trees(&trees, &view, width, height, error);
+    for (int kind = 0; kind < 4; ++kind)
+        pbnds_accel_free(trees.accel[kind]);
+    pbnds_scene_free(&scene);
+    return status;
+}
+
 static enum pbnds_status bench_shader(const struct tool_options *options,
                                       const char *name, const struct tool_world *world,
                                       struct pbnds_error *error)
@@ -235,6 +297,10 @@ static enum pbnds_status bench_all(const struct tool_options *options,
             PBNDS_TRY(run_gbuffer(options, error));
             continue;
         }
+        if (strcmp(stages[i], "bvh") == 0) {
+            PBNDS_TRY(run_bvh(options, error));
+            continue;
+        }
         if (strcmp(stages[i], "reference") == 0) {
             PBNDS_TRY(run_paths(options, error));
             continue;
@@ -265,7 +331,8 @@ static enum pbnds_status run(const struct tool_options *options,
     const int count =
         options->input_count ? options->input_count : (int)(sizeof all / sizeof *all);
     for (int i = 0; i < count; ++i) {
-        if (strcmp(stages[i], "gbuffer") == 0 || strcmp(stages[i], "dataset") == 0)
+        if (strcmp(stages[i], "gbuffer") == 0 || strcmp(stages[i], "bvh") == 0 ||
+            strcmp(stages[i], "dataset") == 0)
             continue;
         PBNDS_TRY(tool_shader_check(stages[i], error));
     }
@@ -286,7 +353,7 @@ const struct tool_command tool_bench = {
     .usage = "bench [STAGE...] [--size WxH]",
     .about = "measures the throughput of the stages",
     .details =
-        "STAGE is gbuffer, dataset or the name of a shader (default: gbuffer, "
+        "STAGE is gbuffer, bvh, dataset or the name of a shader (default: gbuffer, "
         "blinn-phong, "
         "ggx,\n"
         "transport and pbnds+). Each is run five times, after one run that is not "
@@ -298,6 +365,9 @@ const struct tool_command tool_bench = {
         "and with all; of_bare is its speed as a share of the same rays through "
         "Embree\n"
         "alone, in turns; first_s is a first cast, into memory not yet handed out.\n"
+        "bvh: the same triangles in the trees that Embree's flags give: seconds to "
+        "build,\n"
+        "memory, camera rays a second.\n"
         "reference: the same triangles at 256x256, four paths a pixel, beside a loop "
         "of\n"
         "random bounces.\n"

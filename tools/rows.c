@@ -24,7 +24,7 @@ void tool_row_set(struct tool_row *row, const struct pbnds_metrics *metrics,
     row->value[TOOL_SECONDS] = seconds;
 }
 
-static int ascending(const void *a, const void *b)
+int tool_ascending(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
@@ -39,7 +39,7 @@ void tool_row_summarize(struct tool_row *row, double *column[TOOL_COLUMN_COUNT],
         for (int i = 0; i < count; ++i)
             sum += values[i];
         row->value[c] = sum / (double)count;
-        qsort(values, (size_t)count, sizeof *values, ascending);
+        qsort(values, (size_t)count, sizeof *values, tool_ascending);
         const double place =
             (columns[c].more_is_better ? 0.1 : 0.9) * (double)(count - 1);
         const int low = (int)place;

@@ -37,6 +37,8 @@ struct tool_table {
     int count;         /**< samples behind each row    */
 };
 
+/** For qsort() of doubles. */
+int tool_ascending(const void *a, const void *b);
 void tool_row_set(struct tool_row *row, const struct pbnds_metrics *metrics,
                   double seconds);
 /** Mean and tail of `count` samples a column; sorts the columns in place. The tail is

@@ -33,7 +33,8 @@ struct pbnds_accel {
     bool *one_sided; /* one a mesh                                               */
     bool culls;      /* some mesh is one-sided                                   */
     bool blends;     /* some BLEND surface is not solid */
-    char fault[256]; /* Embree's own words on its first error */
+    atomic_int_least64_t bytes; /* that Embree holds                      */
+    char fault[256];            /* Embree's own words on its first error */
     enum RTCError code;
 };
 
@@ -648,8 +649,17 @@ static enum pbnds_status add_mesh(struct pbnds_accel *accel,
     return PBNDS_OK;
 }
 
+static bool note_memory(void *user, ssize_t bytes, bool done)
+{
+    (void)done;
+    struct pbnds_accel *accel = user;
+    atomic_fetch_add(&accel->bytes, (int_least64_t)bytes);
+    return true; /* go on */
+}
+
 static enum pbnds_status build(struct pbnds_accel *accel,
                                const struct pbnds_scene *scene,
+                               const struct pbnds_accel_flags *flags,
                                struct pbnds_error *error)
 {
     char config[32];
@@ -660,11 +670,12 @@ static enum pbnds_status build(struct pbnds_accel *accel,
         return fail_embree(accel, "started", error);
     }
     rtcSetDeviceErrorFunction(accel->device, note_fault, accel);
+    rtcSetDeviceMemoryMonitorFunction(accel->device, note_memory, accel);
     accel->scene = rtcNewScene(accel->device);
     if (!accel->scene) return fail_embree(accel, "made a scene", error);
-    /* Robust: no ray slips through the edge that two triangles share. */
-    rtcSetSceneFlags(accel->scene,
-                     RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(accel->scene, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+                                       (flags->robust ? RTC_SCENE_FLAG_ROBUST : 0) |
+                                       (flags->compact ? RTC_SCENE_FLAG_COMPACT : 0));
     rtcSetSceneBuildQuality(accel->scene, RTC_BUILD_QUALITY_MEDIUM);
     for (int i = 0; i < scene->mesh_count; ++i) {
         PBNDS_TRY(add_mesh(accel, scene, (uint32_t)i, error));
@@ -675,9 +686,10 @@ static enum pbnds_status build(struct pbnds_accel *accel,
     return PBNDS_OK;
 }
 
-enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
-                                     struct pbnds_accel **accel,
-                                     struct pbnds_error *error)
+enum pbnds_status pbnds_accel_create_as(const struct pbnds_scene *scene,
+                                        const struct pbnds_accel_flags *flags,
+                                        struct pbnds_accel **accel,
+                                        struct pbnds_error *error)
 {
     *accel = NULL;
     struct pbnds_accel *made = calloc(1, sizeof *made);
@@ -688,7 +700,7 @@ enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
     made->one_sided = calloc(count, sizeof *made->one_sided);
     enum pbnds_status status =
         made->cutouts && made->one_sided
-            ? build(made, scene, error)
+            ? build(made, scene, flags, error)
             : pbnds_fail(error, PBNDS_ERROR_MEMORY,
                          "the ray caster: out of memory for %zu meshes", count);
     if (status != PBNDS_OK) {
@@ -697,6 +709,22 @@ enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
     }
     *accel = made;
     return PBNDS_OK;
+}
+
+/* Robust, because without it rays slip through edges: holes in watertight meshes. Not
+ * compact, because that saves memory and costs speed: `pbnds bench bvh` has the numbers. */
+enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
+                                     struct pbnds_accel **accel,
+                                     struct pbnds_error *error)
+{
+    static const struct pbnds_accel_flags chosen = {.robust = true, .compact = false};
+    return pbnds_accel_create_as(scene, &chosen, accel, error);
+}
+
+uint64_t pbnds_accel_bytes(const struct pbnds_accel *accel)
+{
+    const int_least64_t bytes = atomic_load(&accel->bytes);
+    return bytes > 0 ? (uint64_t)bytes : 0;
 }
 
 void pbnds_accel_free(struct pbnds_accel *accel)

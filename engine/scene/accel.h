@@ -28,11 +28,23 @@ struct pbnds_accel; /* opaque; borrows the scene, which must outlive it */
 extern "C" {
 #endif
 
-/** Errors: MEMORY, BACKEND, ARGUMENT (an index past the vertices of its mesh). A scene without triangles is fine: every ray misses. */
+/** How a tree is built: for the measurement that chose. */
+struct pbnds_accel_flags {
+    bool robust;  /**< no ray slips through the edge that two triangles share */
+    bool compact; /**< triangles are looked up by index, not copied           */
+};
+
+/** Robust and not compact. Errors: MEMORY, BACKEND, ARGUMENT (an index past the vertices of its mesh). A scene without triangles is fine: every ray misses. */
 enum pbnds_status pbnds_accel_create(const struct pbnds_scene *scene,
                                      struct pbnds_accel **accel,
                                      struct pbnds_error *error) PBNDS_NODISCARD;
+enum pbnds_status pbnds_accel_create_as(const struct pbnds_scene *scene,
+                                        const struct pbnds_accel_flags *flags,
+                                        struct pbnds_accel **accel,
+                                        struct pbnds_error *error) PBNDS_NODISCARD;
 void pbnds_accel_free(struct pbnds_accel *accel);
+/** Memory that Embree holds for it, its copy of the vertices included, bytes. */
+uint64_t pbnds_accel_bytes(const struct pbnds_accel *accel);
 
 /** Which part of a ray counts, and how it meets transparent surfaces. */
 struct pbnds_query {
