@@ -199,3 +199,9 @@ int pbnds_net_deepest_level(const struct pbnds_net *net)
 {
     return net->deepest;
 }
+
+struct pbnds_row_facts pbnds_net_row_facts(const struct pbnds_net *net, int row)
+{
+    const struct pbnds_row *r = &net->rows[row];
+    return (struct pbnds_row_facts){r->channels, r->level, r->light, r->used};
+}

@@ -95,6 +95,14 @@ int pbnds_net_deepest_level(const struct pbnds_net *net);
  *  over any larger one, for what zero padding brings in from the rim ends within it. */
 int pbnds_net_halo(const struct pbnds_net *net);
 
+/** What follows from the table for one of its rows. */
+struct pbnds_row_facts {
+    int channels, level; /**< of the output */
+    bool light;          /**< scope */
+    bool used;           /**< an output depends on it */
+};
+struct pbnds_row_facts pbnds_net_row_facts(const struct pbnds_net *net, int row);
+
 /** How a pass is run. */
 struct pbnds_pass {
     int batch;  /**< B views                                                        */

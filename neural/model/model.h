@@ -19,6 +19,12 @@ struct pbnds_model {
     int light_channels;   /**< of the light input */
     int lights;           /**< default N */
     bool linear_in_light; /**< any N and any sampler are valid */
+    int features;         /**< version of its feature table (features.h) */
+    /** How a light map becomes the N lights: "clusters" (envmap.h) or "uniform"
+     *  (pbnds_plus.h). */
+    const char *light_mode;
+    /** Channels of the outputs, for who runs the network elsewhere; NULL: no such output. */
+    const char *light_output_about, *view_output_about;
     const char *about;
 };
 

@@ -136,5 +136,9 @@ const struct pbnds_model pbnds_model_pbnds_plus = {
     .light_channels = PBNDS_PLUS_LIGHT_CHANNELS,
     .lights = 32,
     .linear_in_light = false,
+    .features = 2,
+    .light_mode = "uniform",
+    .light_output_about = "radiance R, G, B, linear Rec. 709; the picture is the mean "
+                          "over the lights",
     .about = "the paper's U-Net a light, mean over lights",
 };

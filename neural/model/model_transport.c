@@ -141,5 +141,15 @@ const struct pbnds_model pbnds_model_transport = {
     .light_channels = PBNDS_TRANSPORT_LIGHT_CHANNELS,
     .lights = 32,
     .linear_in_light = true,
+    .features = 1,
+    .light_mode = "clusters",
+    .light_output_about =
+        "per light: visibility logit v, indirect s.R, s.G, s.B; light i of irradiance "
+        "E_i adds E_i (A_i sigmoid(v + 1) + B softplus(s - 2)), where A_i = (f_diffuse "
+        "+ w f_specular) max(n.l, 0), w = clamp((alpha - 0.1) / 0.2, 0, 1), B = c_diff "
+        "+ f0",
+    .view_output_about =
+        "occlusion logit o; sigmoid(o + 2) times (1 - w) times the unshadowed specular "
+        "reflection of the whole light map is added once",
     .about = "structured light transport, linear in light (the default)",
 };
