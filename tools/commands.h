@@ -8,6 +8,7 @@
 #include "tools/options.h"
 
 extern const struct tool_command tool_render, tool_gbuffer, tool_shade, tool_compare,
-    tool_dataset, tool_train, tool_info, tool_check, tool_bench, tool_import;
+    tool_dataset, tool_train, tool_info, tool_check, tool_bench, tool_import,
+    tool_export;
 
 #endif /* PBNDS_TOOLS_COMMANDS_H */

@@ -11,14 +11,13 @@
 #include "engine/image/oiio.h"
 #include "engine/scene/envmap.h"
 #include "neural/data/dataset.h"
-#include "neural/model/model.h"
-#include "neural/shader_neural.h"
 #include "tools/check_dataset.h"
 #include "tools/check_gbuffer.h"
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/facts.h"
 #include "tools/output.h"
+#include "tools/weights.h"
 #include "tools/world.h"
 
 static void add_attributes(cJSON *facts, const struct pbnds_exr *exr)
@@ -97,45 +96,6 @@ static enum pbnds_status describe_exr(const char *path, cJSON *facts,
     return PBNDS_OK;
 }
 
-static enum pbnds_status describe_weights(const char *path, cJSON *facts,
-                                          struct pbnds_error *error)
-{
-    struct pbnds_safetensors file;
-    PBNDS_TRY(pbnds_safetensors_read(path, &file, error));
-    double parameters = 0.0;
-    for (int i = 0; i < file.tensor_count; ++i)
-        parameters += (double)file.tensors[i].count;
-    tool_add_text(facts, "kind", "weights");
-    tool_add_number(facts, "parameters", parameters);
-    cJSON *metadata = cJSON_AddObjectToObject(facts, "metadata");
-    for (int i = 0; i < file.metadata_count; ++i) {
-        tool_add_text(metadata, file.metadata[i].key, file.metadata[i].value);
-    }
-    cJSON *tensors = cJSON_AddArrayToObject(facts, "tensors");
-    for (int i = 0; i < file.tensor_count; ++i) {
-        cJSON *item = tool_add_item(tensors);
-        tool_add_text(item, "name", file.tensors[i].name);
-        float shape[4];
-        for (int k = 0; k < file.tensors[i].rank; ++k) {
-            shape[k] = (float)file.tensors[i].shape[k];
-        }
-        tool_add_floats(item, "shape", shape, file.tensors[i].rank);
-    }
-    pbnds_safetensors_free(&file);
-    return PBNDS_OK;
-}
-
-/* Loads everything that describe() does not look into; G-buffers have a file of their
- * own. */
-
-static enum pbnds_status check_weights(const char *path, struct pbnds_error *error)
-{
-    const struct pbnds_shader *shader = NULL;
-    PBNDS_TRY(pbnds_shader_neural_create(path, PBNDS_F32, &shader, error));
-    pbnds_shader_neural_free(shader);
-    return PBNDS_OK;
-}
-
 static enum pbnds_status check_sheet_name(const char *path, struct pbnds_error *error)
 {
     if (!tool_has_extension(path, ".png")) {
@@ -170,8 +130,7 @@ static enum pbnds_status describe(const struct tool_options *options, bool deep,
         return describe_exr(path, facts, error);
     }
     if (tool_has_extension(path, ".safetensors")) {
-        PBNDS_TRY(describe_weights(path, facts, error));
-        return deep ? check_weights(path, error) : PBNDS_OK;
+        return tool_describe_weights(path, options->json, facts, error);
     }
     if (tool_has_extension(path, ".hdr") || tool_has_extension(path, ".png") ||
         tool_has_extension(path, ".jpg") || tool_has_extension(path, ".jpeg")) {
@@ -242,6 +201,8 @@ static enum pbnds_status run_check(const struct tool_options *options,
     const char *kind = cJSON_IsString(item) ? item->valuestring : "file";
     if (status == PBNDS_OK && strcmp(kind, "G-buffer") == 0) {
         status = tool_check_gbuffer(options->inputs[0], options->json, error);
+    } else if (status == PBNDS_OK && strcmp(kind, "weights") == 0) {
+        status = tool_check_weights(options->inputs[0], options->json, error);
     } else if (status == PBNDS_OK && options->json) {
         tool_json_result(options->inputs[0], 1, "sound", 1.0);
     } else if (status == PBNDS_OK) {
@@ -259,14 +220,16 @@ const struct tool_command tool_info = {
     .needs_output = false,
     .usage = "info FILE [--json]",
     .about = "says what a file is",
-    .details = "FILE is a scene (.glb, .gltf), a G-buffer (.exr), a light map (.hdr, "
-               ".exr), a\n"
-               "weights file (.safetensors) or a data set folder; of that, statistics "
-               "of its pixels,\n"
-               "and with -o a contact sheet of 64 samples.\n\n"
-               "  pbnds info data/ -o sheet.png\n"
-               "  pbnds info scene.glb\n"
-               "  pbnds info transport.safetensors --json",
+    .details =
+        "FILE is a scene (.glb, .gltf), a G-buffer (.exr), a light map (.hdr, .exr), "
+        "a\n"
+        "weights file (.safetensors; its model, features and training) or a data set "
+        "folder; of\n"
+        "that, statistics of its pixels, and with -o a contact sheet of 64 "
+        "samples.\n\n"
+        "  pbnds info data/ -o sheet.png\n"
+        "  pbnds info scene.glb\n"
+        "  pbnds info transport.safetensors --json",
     .run = run_info,
 };
 

@@ -25,6 +25,7 @@ enum tool_mask {
     TOOL_CHECK = 1u << 7,
     TOOL_BENCH = 1u << 8,
     TOOL_IMPORT = 1u << 9,
+    TOOL_EXPORT = 1u << 10,
 };
 
 enum tool_precision { TOOL_PRECISION_AUTO, TOOL_PRECISION_FP32, TOOL_PRECISION_BF16 };
@@ -90,6 +91,7 @@ struct tool_options {
     int steps, batch, crop;
     double lr, minutes, p_dark, lambda_zero; /**< p_dark, lambda_zero: -1 not given */
     bool resume;
+    bool onnx;
 
     int threads;
     uint64_t seed;

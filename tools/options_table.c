@@ -8,7 +8,9 @@
 #define READS      (CASTS | TOOL_INFO | TOOL_CHECK)
 #define LIT        (TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE)
 #define SHADES     (TOOL_RENDER | TOOL_SHADE)
-#define MAKES      (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN | TOOL_IMPORT | TOOL_INFO)
+#define MAKES                                                                          \
+    (CASTS | TOOL_SHADE | TOOL_DATASET | TOOL_TRAIN | TOOL_IMPORT | TOOL_INFO |        \
+     TOOL_EXPORT)
 
 /* The command line, row by row, in the order of --help. */
 const struct tool_row tool_rows[] = {
@@ -156,6 +158,8 @@ const struct tool_row tool_rows[] = {
     {"resume", KIND_FLAG, AT(resume), 0, 0, TOOL_TRAIN, GROUP_JOB, NULL,
      "go on from the checkpoint beside the weights file", NULL},
 
+    {"onnx", KIND_FLAG, AT(onnx), 0, 0, TOOL_EXPORT, GROUP_OUT, NULL,
+     "write ONNX whatever the name of the file is", NULL},
     {"output", KIND_STRING, AT(output), 0, 0, MAKES, GROUP_OUT, "FILE|DIR",
      "-o, where the result goes (info: the contact sheet of a data set)", NULL},
     {"size", KIND_SIZE, AT(size), 1, 16384, CASTS | TOOL_DATASET | TOOL_BENCH,

@@ -12,8 +12,8 @@
 #include "tools/shaders.h"
 
 static const struct tool_command *const commands[] = {
-    &tool_render, &tool_gbuffer, &tool_shade, &tool_compare, &tool_dataset,
-    &tool_train,  &tool_import,  &tool_info,  &tool_check,   &tool_bench,
+    &tool_render, &tool_gbuffer, &tool_shade, &tool_compare, &tool_dataset, &tool_train,
+    &tool_export, &tool_import,  &tool_info,  &tool_check,   &tool_bench,
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 

@@ -12,6 +12,7 @@
 
 #include "engine/core/file.h"
 #include "engine/core/rng.h"
+#include "neural/provenance.h"
 #include "neural/train/adam.h"
 #include "neural/train/batch.h"
 #include "neural/train/checkpoint.h"
@@ -416,17 +417,16 @@ static enum pbnds_status validate(struct trainer *t, double *loss, double *mse,
 static enum pbnds_status save_weights(struct trainer *t, double val_psnr,
                                       struct pbnds_error *error)
 {
-    char lights[16], step[32], val[32];
-    (void)snprintf(lights, sizeof lights, "%d", t->task.lights);
-    (void)snprintf(step, sizeof step, "%" PRIu64, t->state.step);
-    (void)snprintf(val, sizeof val, "%.3f", val_psnr);
-    char k0[] = "pbnds.lights", k1[] = "train.recipe", k2[] = "train.step",
-         k3[] = "train.validation_psnr_srgb", k4[] = "pbnds.program",
-         version[] = PBNDS_VERSION;
-    const struct pbnds_metadata extra[] = {
-        {k0, lights}, {k1, t->state.recipe}, {k2, step}, {k3, val}, {k4, version}};
-    return pbnds_weights_save(t->options->weights, t->ops->model, t->net, extra,
-                              (int)(sizeof extra / sizeof extra[0]), error);
+    const struct pbnds_provenance provenance = {.model = t->ops->model,
+                                                .lights = t->task.lights,
+                                                .data = t->data_hash,
+                                                .recipe = t->state.recipe,
+                                                .step = t->state.step,
+                                                .steps = (uint64_t)t->steps,
+                                                .seed = t->options->seed,
+                                                .dtype = t->options->dtype,
+                                                .validation_psnr = val_psnr};
+    return pbnds_weights_save_trained(t->options->weights, t->net, &provenance, error);
 }
 
 /* Validation, the curve, the weights where they are the best so far, the checkpoint. */

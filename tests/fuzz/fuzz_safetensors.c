@@ -1,8 +1,8 @@
-/* libFuzzer target: any bytes as a weights file. */
+/* libFuzzer target: any bytes as a weights file, and whose it says that it is. */
 #include <stddef.h>
 #include <stdint.h>
 
-#include "neural/model/safetensors.h"
+#include "neural/model/model.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -22,6 +22,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         sink +=
             (float)(pbnds_safetensors_metadata(&file, file.metadata[i].key) != NULL);
     }
+    const struct pbnds_model *model;
+    sink += (float)(pbnds_weights_identify("fuzz", &file, &model, &error) == PBNDS_OK);
     pbnds_safetensors_free(&file);
     (void)sink; /* written so that every element is read */
     return 0;

@@ -54,7 +54,8 @@ for model in transport pbnds+; do
     check [ -s $name.safetensors.csv ]
     run 0 "$PBNDS" check $name.safetensors
     run 0 "$PBNDS" info $name.safetensors
-    check grep -q "pbnds.model: $model" stdout
+    check grep -q "^model: $model" stdout
+    check grep -q "^ *recipe: model $model v" stdout
     run 0 "$PBNDS" render box.gltf -o $name.exr --size 64x64 --env light.hdr --lights 4 \
         --shader neural:$name.safetensors --precision fp32
     head -c 2000 $name.safetensors >cut.safetensors

@@ -3,7 +3,7 @@
 . "$(dirname "$0")/lib.sh"
 
 run 0 "$PBNDS" --help
-for word in render gbuffer shade compare dataset train import info check bench reference neural:FILE; do
+for word in render gbuffer shade compare dataset train export import info check bench reference neural:FILE; do
     check grep -q -e "$word" stdout
 done
 check [ ! -s stderr ]
@@ -13,7 +13,7 @@ for word in eval; do
 done
 run 0 "$PBNDS" --version
 check grep -q '^pbnds [0-9]' stdout
-for name in render gbuffer shade compare dataset train import info check bench; do
+for name in render gbuffer shade compare dataset train export import info check bench; do
     run 0 "$PBNDS" $name --help
     check grep -q "^usage: pbnds $name" stdout
     check grep -q "^Exit status" stdout

@@ -22,25 +22,10 @@ torch.set_num_threads(1)
 VIEW, LIGHT, CONV, UP, ADD, CONCAT, SHUFFLE, POOL, DROPOUT = range(9)
 
 
-def main(table_path, in_path, out_path):
-    lines = [list(map(int, line.split())) for line in open(table_path)]
-    (batch, lights, h, w, light_output, view_output), rows = lines[0], lines[1:]
-    data = np.fromfile(in_path, np.float32)
-    at = 0
-
-    def read(*shape):
-        nonlocal at
-        count = int(np.prod(shape))
-        part = torch.from_numpy(data[at:at + count].astype(np.float64)).reshape(shape)
-        at += count
-        return part
-
-    def read_image(n, y, x, c):
-        return read(n, y, x, c).permute(0, 3, 1, 2)
-
-    # sizes first: parameters are read in the order of the table, before any input
-    light, channels, level, params = [], [], [], {}
-    for r, (op, a, b, c, kernel, stride, relu) in enumerate(rows):
+def derive(rows):
+    """Scope, level and channels of every row."""
+    light, channels, level = [], [], []
+    for op, a, b, c, kernel, stride, relu in rows:
         ins = [i for i in (a, b) if i >= 0]
         light.append(op == LIGHT or any(light[i] for i in ins))
         down = {CONV: stride - 1, UP: -1, SHUFFLE: -1, POOL: 1}.get(op, 0)
@@ -48,6 +33,13 @@ def main(table_path, in_path, out_path):
         channels.append(c if op in (VIEW, LIGHT, CONV, UP) else
                         channels[a] + channels[b] if op == CONCAT else
                         channels[a] // 4 if op == SHUFFLE else channels[a])
+    return light, level, channels
+
+
+def read_params(rows, channels, read):
+    """Weight and bias of each row that has them, in the order of the table."""
+    params = {}
+    for r, (op, a, b, c, kernel, stride, relu) in enumerate(rows):
         if op == CONV:
             params[r] = [read(c, channels[a], kernel, kernel), read(c)]
         if op == UP:
@@ -55,13 +47,11 @@ def main(table_path, in_path, out_path):
     for pair in params.values():
         for p in pair:
             p.requires_grad_()
+    return params
 
-    def size(r):
-        return (batch * lights if light[r] else batch, h >> level[r], w >> level[r], channels[r])
 
-    inputs = {op: read_image(*size(r)) for op in (VIEW, LIGHT)
-              for r, row in enumerate(rows) if row[0] == op}
-    masks = {r: read_image(*size(r)) for r, row in enumerate(rows) if row[0] == DROPOUT}
+def network(rows, light, lights, params, inputs, masks):
+    """Values of all rows; inputs by op, masks by row (absent: the identity)."""
     value = []
 
     def scoped(i, r):
@@ -86,19 +76,65 @@ def main(table_path, in_path, out_path):
         elif op == POOL:
             y = F.avg_pool2d(value[a], 2)
         else:
-            y = value[a] * masks[r]
+            y = value[a] * masks[r] if r in masks else value[a]
         value.append(torch.relu(y) if relu else y)
+    return value
 
-    outputs = [value[light_output], value[view_output]]
-    loss = sum((o * read_image(*size(r))).sum()
-               for o, r in zip(outputs, (light_output, view_output)))
-    assert at == data.size
+
+def gradients(params):
+    return [torch.zeros_like(p) if p.grad is None else p.grad
+            for pair in params.values() for p in pair]
+
+
+class Reader:
+    """Raw float32 in the order of use, as doubles."""
+
+    def __init__(self, path):
+        self.data, self.at = np.fromfile(path, np.float32), 0
+
+    def __call__(self, *shape):
+        count = int(np.prod(shape))
+        part = self.data[self.at:self.at + count]
+        assert part.size == count
+        self.at += count
+        return torch.from_numpy(part.astype(np.float64)).reshape(shape)
+
+    def image(self, n, y, x, c):
+        return self(n, y, x, c).permute(0, 3, 1, 2)
+
+    def done(self):
+        assert self.at == self.data.size
+
+
+def read_table(path):
+    lines = [list(map(int, line.split())) for line in open(path)]
+    return lines[0], lines[1:]
+
+
+def write(path, tensors):
+    np.concatenate([t.detach().contiguous().numpy().ravel() for t in tensors]) \
+        .astype(np.float32).tofile(path)
+
+
+def main(table_path, in_path, out_path):
+    (batch, lights, h, w, light_output, view_output), rows = read_table(table_path)
+    read = Reader(in_path)
+    light, level, channels = derive(rows)
+    params = read_params(rows, channels, read)
+
+    def size(r):
+        return (batch * lights if light[r] else batch, h >> level[r], w >> level[r], channels[r])
+
+    inputs = {op: read.image(*size(r)) for op in (VIEW, LIGHT)
+              for r, row in enumerate(rows) if row[0] == op}
+    masks = {r: read.image(*size(r)) for r, row in enumerate(rows) if row[0] == DROPOUT}
+    value = network(rows, light, lights, params, inputs, masks)
+    ends = (light_output, view_output)
+    loss = sum((value[r] * read.image(*size(r))).sum() for r in ends)
+    read.done()
     loss.backward()
-    results = [o.permute(0, 2, 3, 1) for o in outputs]
-    results += [torch.zeros_like(p) if p.grad is None else p.grad
-                for pair in params.values() for p in pair]
-    np.concatenate([t.detach().contiguous().numpy().ravel() for t in results]) \
-        .astype(np.float32).tofile(out_path)
+    write(out_path, [value[r].permute(0, 2, 3, 1) for r in ends] + gradients(params))
 
 
-main(*sys.argv[1:])
+if __name__ == "__main__":
+    main(*sys.argv[1:])
