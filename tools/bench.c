@@ -353,7 +353,7 @@ const struct tool_command tool_bench = {
     .usage = "bench [STAGE...] [--size WxH]",
     .about = "measures the throughput of the stages",
     .details =
-        "STAGE is gbuffer, bvh, dataset or the name of a shader (default: gbuffer, "
+        "STAGE: gbuffer, bvh, dataset or the name of a shader (default: gbuffer, "
         "blinn-phong, "
         "ggx,\n"
         "transport and pbnds+). Each is run five times, after one run that is not "

@@ -34,7 +34,8 @@ refuse 2 "too many" "$PBNDS" info a b
 refuse 2 "'--spq' is not an option" "$PBNDS" render box.gltf -o a.png --spq 3
 refuse 2 "'--shaders' is not an option" "$PBNDS" render box.gltf -o a.png --shaders ggx
 refuse 2 "wants a value" "$PBNDS" render box.gltf -o
-refuse 2 "'-o' is not an option" "$PBNDS" info box.gltf -o a.png
+refuse 2 "'-o' is not an option" "$PBNDS" check box.gltf -o a.png
+refuse 2 "-o is for the contact sheet" "$PBNDS" info box.gltf -o a.png
 refuse 2 "a.jpg" "$PBNDS" render box.gltf -o a.jpg
 refuse 2 "not a .png" "$PBNDS" render box.gltf -o a.exr --preview b.exr
 refuse 2 "written as .exr" "$PBNDS" gbuffer box.gltf -o a.png
