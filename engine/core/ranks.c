@@ -17,6 +17,7 @@ static bool is_launched(void)
 
 #include <limits.h>
 #include <mpi.h>
+#include <stdint.h>
 
 static struct {
     bool open;
@@ -70,6 +71,66 @@ void pbnds_ranks_sum(double *x, size_t count)
     }
 }
 
+enum { SUM_BLOCK = 1 << 22 }; /* floats of which the parts are exchanged at once */
+
+/* What each rank adds up of n floats: where it begins and how much it is. */
+static void share_out(int n, int *counts, int *starts)
+{
+    const int part = (n + ranks.count - 1) / ranks.count;
+    for (int r = 0; r < ranks.count; ++r) {
+        const int64_t first = (int64_t)r * part;
+        starts[r] = first < n ? (int)first : n;
+        counts[r] = n - starts[r] < part ? n - starts[r] : part;
+    }
+}
+
+/* plan: 4 arrays of ranks.count; parts: what the others send of this rank's share. */
+static void sum_block(float *x, int n, int *plan, float *parts)
+{
+    int *counts = plan, *starts = plan + ranks.count, *mine = starts + ranks.count,
+        *places = mine + ranks.count;
+    share_out(n, counts, starts);
+    const int share = counts[ranks.rank];
+    for (int r = 0; r < ranks.count; ++r) {
+        mine[r] = share;
+        places[r] = r * share;
+    }
+    (void)MPI_Alltoallv(x, counts, starts, MPI_FLOAT, parts, mine, places, MPI_FLOAT,
+                        MPI_COMM_WORLD);
+    float *sum = x + starts[ranks.rank];
+    for (int i = 0; i < share; ++i) {
+        double total = 0.0;
+        for (int r = 0; r < ranks.count; ++r)
+            total += (double)parts[(size_t)r * (size_t)share + (size_t)i];
+        sum[i] = (float)total;
+    }
+    (void)MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, x, counts, starts,
+                         MPI_FLOAT, MPI_COMM_WORLD);
+}
+
+enum pbnds_status pbnds_ranks_sum_in_order(float *x, size_t count,
+                                           struct pbnds_error *error)
+{
+    if (!ranks.open || ranks.count == 1) return PBNDS_OK;
+    const size_t block = count < SUM_BLOCK ? count : SUM_BLOCK;
+    const size_t k = (size_t)ranks.count;
+    int *plan = malloc(4 * k * sizeof *plan);
+    float *parts = malloc((block + k) * sizeof *parts);
+    enum pbnds_status status = PBNDS_OK;
+    if (pbnds_ranks_max(!plan || !parts) != 0) {
+        status = pbnds_fail(error, PBNDS_ERROR_MEMORY,
+                            "no memory to add up %zu numbers of %d processes", count,
+                            ranks.count);
+    }
+    for (size_t done = 0; status == PBNDS_OK && done < count; done += block) {
+        const size_t left = count - done;
+        sum_block(x + done, (int)(left < block ? left : block), plan, parts);
+    }
+    free(plan);
+    free(parts);
+    return status;
+}
+
 int pbnds_ranks_max(int x)
 {
     int greatest = x;
@@ -107,6 +168,15 @@ void pbnds_ranks_sum(double *x, size_t count)
 {
     (void)x;
     (void)count;
+}
+
+enum pbnds_status pbnds_ranks_sum_in_order(float *x, size_t count,
+                                           struct pbnds_error *error)
+{
+    (void)x;
+    (void)count;
+    (void)error;
+    return PBNDS_OK;
 }
 
 int pbnds_ranks_max(int x)

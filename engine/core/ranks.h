@@ -29,6 +29,11 @@ int pbnds_rank_count(void); /**< 1 without mpirun */
 void pbnds_ranks_barrier(void);
 /** Collective: x[i] becomes the sum over the ranks. Not in a fixed order. */
 void pbnds_ranks_sum(double *x, size_t count);
+/** Collective: the same for floats, added up in the order of the ranks and in double: the
+ *  same bits on every rank, and on every run over as many of them. Each rank adds up a
+ *  part and hands it to the others. Errors: MEMORY (on all of them). */
+enum pbnds_status pbnds_ranks_sum_in_order(float *x, size_t count,
+                                           struct pbnds_error *error) PBNDS_NODISCARD;
 /** Collective: the greatest of the ranks' values. */
 int pbnds_ranks_max(int x);
 
