@@ -109,6 +109,8 @@ struct pbnds_pass {
     int lights; /**< N lights in this chunk (may differ from call to call)          */
     int h, w;   /**< of the inputs                                                  */
     bool train; /**< keep activations for backward, apply dropout                   */
+    int first_view; /**< number of the first view in its step: each view has dropout
+                         masks of its own, wherever a step is cut into batches        */
     uint64_t dropout_key; /**< masks are a pure function of (key, layer, element); give
                                every chunk of lights its own key, the same in a re-run */
 };

@@ -102,10 +102,21 @@ static const float *bias_of(const struct pbnds_net *net, int r, const float *arr
     return array + net->list[net->rows[r].weight + 1].offset;
 }
 
-/** A layer's own stream of dropout decisions. */
-static uint64_t dropout_key(const struct run *run, int r)
+/** Every view has its own stream of dropout decisions in every layer. */
+static void drop(const struct run *run, int r, const void *x, void *y)
 {
-    return pbnds_mix64(pbnds_mix64(run->pass->dropout_key) ^ (uint64_t)r);
+    const struct pbnds_pass *pass = run->pass;
+    const enum pbnds_dtype dtype = run->net->dtype;
+    const size_t count = pbnds_shape_count(row_shape(run, r)) / (size_t)pass->batch;
+    const size_t bytes = count * pbnds_dtype_size(dtype);
+    for (int v = 0; v < pass->batch; ++v) {
+        const uint64_t view = (uint64_t)(pass->first_view + v);
+        const uint64_t key = pbnds_mix64(pass->dropout_key ^ view << 32);
+        pbnds_dropout(dtype, count, pbnds_mix64(key ^ (uint64_t)r),
+                      run->net->table->layers[r].rate,
+                      (const char *)x + (size_t)v * bytes,
+                      (char *)y + (size_t)v * bytes);
+    }
 }
 
 /* --- forward ---------------------------------------------------------------------- */
@@ -176,8 +187,7 @@ static enum pbnds_status forward_row(const struct run *run, int r)
         pbnds_pool_forward(dtype, shape, x, y);
         break;
     case PBNDS_OP_DROPOUT:
-        pbnds_dropout(dtype, pbnds_shape_count(shape), dropout_key(run, r), layer->rate,
-                      x, y);
+        drop(run, r, x, y);
         break;
     }
     return PBNDS_OK;
@@ -433,8 +443,7 @@ static enum pbnds_status backward_plain(const struct run *run, int r, const void
     } else if (layer->op == PBNDS_OP_POOL) {
         pbnds_pool_backward(net->dtype, row_shape(run, r), dy, sink.data);
     } else {
-        pbnds_dropout(net->dtype, pbnds_shape_count(row_shape(run, r)),
-                      dropout_key(run, r), layer->rate, dy, sink.data);
+        drop(run, r, dy, sink.data);
     }
     close_sink(run, &sink);
     return PBNDS_OK;

@@ -125,7 +125,12 @@ static void free_work(struct work *w)
 
 static struct pbnds_pass pass_of(int lights, bool train)
 {
-    return (struct pbnds_pass){B, lights, SIDE, SIDE, train, KEY};
+    return (struct pbnds_pass){.batch = B,
+                               .lights = lights,
+                               .h = SIDE,
+                               .w = SIDE,
+                               .train = train,
+                               .dropout_key = KEY};
 }
 
 static void forward(struct work *w, bool train)
@@ -224,8 +229,12 @@ static void write_mask(FILE *f, int row, size_t count, float rate)
     float *ones = malloc(count * sizeof *ones);
     for (size_t i = 0; i < count; ++i)
         ones[i] = 1.0f;
-    pbnds_dropout(PBNDS_F32, count, pbnds_mix64(pbnds_mix64(KEY) ^ (uint64_t)row), rate,
-                  ones, ones);
+    for (size_t v = 0; v < B; ++v) { /* each view has its own */
+        const uint64_t key = pbnds_mix64(KEY ^ (uint64_t)v << 32);
+        float *part = ones + v * (count / B);
+        pbnds_dropout(PBNDS_F32, count / B, pbnds_mix64(key ^ (uint64_t)row), rate, part,
+                      part);
+    }
     write_floats(f, ones, count);
     free(ones);
 }
