@@ -70,6 +70,7 @@ static struct pbnds_pass pass_of(const struct pbnds_batch *b, int first, int cou
                                .h = b->crop,
                                .w = b->crop,
                                .train = train,
+                               .first_view = b->first_view,
                                .dropout_key =
                                    pbnds_mix64(key ^ pbnds_mix64((uint64_t)first))};
 }
@@ -148,18 +149,20 @@ enum pbnds_status pbnds_batch_run(struct pbnds_batch *b,
     }
     *loss = (struct pbnds_task_loss){0.0, 0.0};
     const size_t image = (size_t)n * pixels * (size_t)b->out_channels;
-    int counted = 0;
+    const double weight = 1.0 / (b->step_views > 0 ? b->step_views : b->views);
+    b->mse_sum = 0.0;
+    b->mse_count = 0;
     for (int v = 0; v < b->views; ++v) {
-        const struct pbnds_task_loss one = b->ops->loss(
-            &b->task, &views[v], 1.0 / b->views, b->out + (size_t)v * image,
-            b->view_out + (size_t)v * pixels, b->d_out + (size_t)v * image,
-            b->d_view_out + (size_t)v * pixels);
+        const struct pbnds_task_loss one =
+            b->ops->loss(&b->task, &views[v], weight, b->out + (size_t)v * image,
+                         b->view_out + (size_t)v * pixels, b->d_out + (size_t)v * image,
+                         b->d_view_out + (size_t)v * pixels);
         loss->total += one.total;
         if (one.mse >= 0.0) {
-            loss->mse += one.mse;
-            ++counted;
+            b->mse_sum += one.mse;
+            ++b->mse_count;
         }
     }
-    loss->mse = counted ? loss->mse / counted : -1.0;
+    loss->mse = b->mse_count ? b->mse_sum / b->mse_count : -1.0;
     return train ? backward(b, views, key, error) : PBNDS_OK;
 }

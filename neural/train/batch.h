@@ -17,6 +17,10 @@ struct pbnds_batch {
     struct pbnds_net *net;
     int views, crop; /**< B, and the side of the square windows */
     int chunk;       /**< lights at once */
+    int step_views; /**< views of the whole step, of all its batches; 0: those of this */
+    int first_view; /**< number of views[0] among them */
+    double mse_sum; /**< of the views of the last run that have one */
+    int mse_count;
     int out_channels, view_out_channels;
     float *view_input, *light_input, *out, *d_out, *view_out, *d_view_out, *part,
         *d_part;
@@ -35,7 +39,8 @@ enum pbnds_status pbnds_batch_init(struct pbnds_batch *batch,
 void pbnds_batch_free(struct pbnds_batch *batch);
 
 /** Mean loss of the views (batch->views of them, windows crop x crop); with `train` the
- *  gradients are added to the net's. */
+ *  gradients are added to the net's. Where a step has several batches, each one's is its
+ *  share of the step's mean. */
 enum pbnds_status pbnds_batch_run(struct pbnds_batch *batch,
                                   const struct pbnds_task_view *views, bool train,
                                   uint64_t key, struct pbnds_task_loss *loss,

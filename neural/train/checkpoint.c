@@ -16,31 +16,59 @@ static struct pbnds_safetensor flat(const char *name, const float *data, size_t 
     return t;
 }
 
-enum pbnds_status pbnds_checkpoint_save(const char *path,
-                                        const struct pbnds_checkpoint *checkpoint,
-                                        struct pbnds_net *net,
-                                        const struct pbnds_adam *adam,
-                                        struct pbnds_error *error)
+/* The numbers of a checkpoint by name: what is written is what is read. */
+struct number {
+    const char *name;
+    uint64_t *whole; /* either this */
+    double *real;    /* or this     */
+};
+
+enum { NUMBERS = 8 };
+
+static void numbers_of(struct pbnds_checkpoint *c, struct number numbers[NUMBERS])
+{
+    const struct number all[NUMBERS] = {
+        {"step", &c->step, NULL},
+        {"stocked", &c->stocked, NULL},
+        {"best", NULL, &c->best},
+        {"seconds", NULL, &c->seconds},
+        {"loss_sum", NULL, &c->loss_sum},
+        {"mse_sum", NULL, &c->mse_sum},
+        {"loss_count", &c->loss_count, NULL},
+        {"mse_count", &c->mse_count, NULL},
+    };
+    memcpy(numbers, all, sizeof all);
+}
+
+enum pbnds_status
+pbnds_checkpoint_save(const char *path, const struct pbnds_checkpoint *checkpoint,
+                      struct pbnds_net *net, const struct pbnds_adam *adam,
+                      const struct pbnds_ema *ema, struct pbnds_error *error)
 {
     const size_t count = pbnds_net_param_count(net);
-    struct pbnds_safetensor tensors[3] = {flat("params", pbnds_net_params(net), count),
+    struct pbnds_checkpoint copy = *checkpoint;
+    struct number numbers[NUMBERS];
+    numbers_of(&copy, numbers);
+    char names[NUMBERS][16], values[NUMBERS][32], recipe[] = "recipe";
+    struct pbnds_metadata metadata[NUMBERS + 1];
+    for (int i = 0; i < NUMBERS; ++i) {
+        (void)snprintf(names[i], sizeof names[i], "%s", numbers[i].name);
+        if (numbers[i].whole) {
+            (void)snprintf(values[i], sizeof values[i], "%" PRIu64, *numbers[i].whole);
+        } else {
+            (void)snprintf(values[i], sizeof values[i], "%.17g", *numbers[i].real);
+        }
+        metadata[i] = (struct pbnds_metadata){names[i], values[i]};
+    }
+    metadata[NUMBERS] = (struct pbnds_metadata){recipe, copy.recipe};
+    struct pbnds_safetensor tensors[4] = {flat("params", pbnds_net_params(net), count),
                                           flat("adam.m", adam->m, count),
                                           flat("adam.v", adam->v, count)};
-    char step[32], stocked[32], best[64], seconds[64],
-        recipe[sizeof checkpoint->recipe];
-    (void)snprintf(step, sizeof step, "%" PRIu64, checkpoint->step);
-    (void)snprintf(stocked, sizeof stocked, "%" PRIu64, checkpoint->stocked);
-    (void)snprintf(best, sizeof best, "%.17g", checkpoint->best);
-    (void)snprintf(seconds, sizeof seconds, "%.17g", checkpoint->seconds);
-    (void)snprintf(recipe, sizeof recipe, "%s", checkpoint->recipe);
-    char k0[] = "step", k1[] = "best", k2[] = "seconds", k3[] = "recipe",
-         k4[] = "stocked";
-    struct pbnds_metadata metadata[5] = {
-        {k0, step}, {k1, best}, {k2, seconds}, {k3, recipe}, {k4, stocked}};
+    if (ema->mean) tensors[3] = flat("ema", ema->mean, count);
     const struct pbnds_safetensors file = {.tensors = tensors,
-                                           .tensor_count = 3,
+                                           .tensor_count = ema->mean ? 4 : 3,
                                            .metadata = metadata,
-                                           .metadata_count = 5};
+                                           .metadata_count = NUMBERS + 1};
     return pbnds_safetensors_write(path, &file, error);
 }
 
@@ -58,41 +86,63 @@ static enum pbnds_status restore(const char *path, const struct pbnds_safetensor
     return PBNDS_OK;
 }
 
+static enum pbnds_status read_numbers(const char *path,
+                                      const struct pbnds_safetensors *file,
+                                      struct pbnds_checkpoint *checkpoint,
+                                      struct pbnds_error *error)
+{
+    struct number numbers[NUMBERS];
+    numbers_of(checkpoint, numbers);
+    for (int i = 0; i < NUMBERS; ++i) {
+        const char *value = pbnds_safetensors_metadata(file, numbers[i].name);
+        if (!value) {
+            return pbnds_fail(error, PBNDS_ERROR_FORMAT,
+                              "%s: is not a checkpoint of this version ('%s')", path,
+                              numbers[i].name);
+        }
+        if (numbers[i].whole) {
+            *numbers[i].whole = strtoull(value, NULL, 10);
+        } else {
+            *numbers[i].real = strtod(value, NULL);
+        }
+    }
+    return PBNDS_OK;
+}
+
+static enum pbnds_status read_all(const char *path,
+                                  const struct pbnds_safetensors *file,
+                                  struct pbnds_checkpoint *checkpoint,
+                                  struct pbnds_net *net, struct pbnds_adam *adam,
+                                  struct pbnds_ema *ema, struct pbnds_error *error)
+{
+    const size_t count = pbnds_net_param_count(net);
+    const char *recipe = pbnds_safetensors_metadata(file, "recipe");
+    if (!recipe)
+        return pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: is not a checkpoint", path);
+    if (strcmp(recipe, checkpoint->recipe) != 0) {
+        return pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                          "%s: belongs to a run with other options (%s); give those, "
+                          "or train without --resume",
+                          path, recipe);
+    }
+    PBNDS_TRY(restore(path, file, "params", count, pbnds_net_params(net), error));
+    PBNDS_TRY(restore(path, file, "adam.m", count, adam->m, error));
+    PBNDS_TRY(restore(path, file, "adam.v", count, adam->v, error));
+    if (ema->mean) PBNDS_TRY(restore(path, file, "ema", count, ema->mean, error));
+    return read_numbers(path, file, checkpoint, error);
+}
+
 enum pbnds_status pbnds_checkpoint_load(const char *path,
                                         struct pbnds_checkpoint *checkpoint,
                                         struct pbnds_net *net, struct pbnds_adam *adam,
+                                        struct pbnds_ema *ema,
                                         struct pbnds_error *error)
 {
     struct pbnds_safetensors file = {0};
     PBNDS_TRY(pbnds_safetensors_read(path, &file, error));
-    const char *step = pbnds_safetensors_metadata(&file, "step");
-    const char *best = pbnds_safetensors_metadata(&file, "best");
-    const char *seconds = pbnds_safetensors_metadata(&file, "seconds");
-    const char *recipe = pbnds_safetensors_metadata(&file, "recipe");
-    const char *stocked = pbnds_safetensors_metadata(&file, "stocked");
-    const size_t count = pbnds_net_param_count(net);
-    enum pbnds_status status = PBNDS_OK;
-    if (!step || !best || !seconds || !recipe || !stocked) {
-        status = pbnds_fail(error, PBNDS_ERROR_FORMAT, "%s: is not a checkpoint", path);
-    } else if (strcmp(recipe, checkpoint->recipe) != 0) {
-        status =
-            pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
-                       "%s: belongs to a run with other options (%s); give those, or "
-                       "train without --resume",
-                       path, recipe);
-    }
+    const enum pbnds_status status =
+        read_all(path, &file, checkpoint, net, adam, ema, error);
     if (status == PBNDS_OK) {
-        status = restore(path, &file, "params", count, pbnds_net_params(net), error);
-    }
-    if (status == PBNDS_OK)
-        status = restore(path, &file, "adam.m", count, adam->m, error);
-    if (status == PBNDS_OK)
-        status = restore(path, &file, "adam.v", count, adam->v, error);
-    if (status == PBNDS_OK) {
-        checkpoint->step = strtoull(step, NULL, 10);
-        checkpoint->stocked = strtoull(stocked, NULL, 10);
-        checkpoint->best = strtod(best, NULL);
-        checkpoint->seconds = strtod(seconds, NULL);
         adam->step = checkpoint->step;
         pbnds_net_params_changed(net);
     }

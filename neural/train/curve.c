@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,5 +47,45 @@ enum pbnds_status pbnds_curve_append(const char *path,
         return pbnds_fail(error, PBNDS_ERROR_IO, "%s: cannot be written: %s", path,
                           strerror(errno));
     }
+    return PBNDS_OK;
+}
+
+static bool parse_row(const char *line, struct pbnds_curve_row *row)
+{
+    double *const columns[] = {&row->seconds,    &row->lr,       &row->loss,
+                               &row->train_psnr, &row->val_loss, &row->val_psnr};
+    char *end;
+    row->step = strtoull(line, &end, 10);
+    for (size_t i = 0; i < sizeof columns / sizeof columns[0]; ++i) {
+        if (*end != ',') return false;
+        *columns[i] = strtod(end + 1, &end);
+    }
+    return *end == '\n';
+}
+
+enum pbnds_status pbnds_curve_read(const char *path, struct pbnds_curve_row **rows,
+                                   int *count, struct pbnds_error *error)
+{
+    uint8_t *bytes;
+    size_t size;
+    *rows = NULL;
+    *count = 0;
+    PBNDS_TRY(pbnds_file_read(path, (size_t)1 << 28, &bytes, &size, error));
+    const char *text = (const char *)bytes;
+    size_t lines = 0;
+    for (size_t i = 0; i < size; ++i)
+        lines += text[i] == '\n';
+    *rows = calloc(lines + 1, sizeof **rows);
+    if (!*rows) {
+        free(bytes);
+        return pbnds_fail(error, PBNDS_ERROR_MEMORY, "%s: no memory for its rows",
+                          path);
+    }
+    const char *line = strchr(text, '\n'); /* after the header */
+    while (line && parse_row(line + 1, &(*rows)[*count])) {
+        ++*count;
+        line = strchr(line + 1, '\n');
+    }
+    free(bytes);
     return PBNDS_OK;
 }

@@ -22,6 +22,10 @@ extern "C" {
  * run writes the later ones again). */
 enum pbnds_status pbnds_curve_start(const char *path, uint64_t keep_step, int resume,
                                     struct pbnds_error *error) PBNDS_NODISCARD;
+/** The rows so far, the caller's to free(); a row cut short ends them. */
+enum pbnds_status pbnds_curve_read(const char *path, struct pbnds_curve_row **rows,
+                                   int *count,
+                                   struct pbnds_error *error) PBNDS_NODISCARD;
 enum pbnds_status pbnds_curve_append(const char *path,
                                      const struct pbnds_curve_row *row,
                                      struct pbnds_error *error) PBNDS_NODISCARD;

@@ -81,6 +81,7 @@ enum pbnds_status pbnds_train_item_load(const char *folder, bool transport,
     if (status == PBNDS_OK)
         status = pbnds_view_create(&sample.gbuffer, &item->view, error);
     if (status == PBNDS_OK) {
+        item->target = sample.target;
         item->envmap = sample.envmap;
         sample.envmap = NULL;
         item->visibility = sample.visibility;

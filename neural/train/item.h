@@ -11,7 +11,11 @@
 
 struct pbnds_train_item {
     bool loaded;
-    uint64_t used; /**< when it was drawn last; the trainer's count */
+    uint64_t used;            /**< the turn it was drawn in last (items.h) */
+    enum pbnds_target target; /**< what radiance is */
+    float
+        stops; /**< lights and targets are exposed by so much; what is looked up in the
+                      light map is to be multiplied by 2^stops (cut.h) */
     struct pbnds_view view;
     struct pbnds_envmap *envmap;
     struct pbnds_env_light
@@ -24,6 +28,7 @@ struct pbnds_train_item {
     float *specular;      /**< [h, w, 3] narrow specular of the whole map (transport) */
     uint32_t *visibility; /**< bit i: cluster i is seen, by rays; NULL in photographs */
     struct pbnds_march march; /**< bit i: cluster i is blocked, by march */
+    /* A plane more here is a plane more in cut.c. */
 };
 
 #ifdef __cplusplus

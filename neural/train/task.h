@@ -51,10 +51,19 @@ struct pbnds_task_ops {
                                    const struct pbnds_task_view *view, double weight,
                                    const float *out, const float *view_out,
                                    float *d_out, float *d_view_out);
+    /** rgb: [h, w, 3] linear radiance that these outputs mean, without emission; what it
+     *  is where nothing was hit does not matter. NULL: no contact sheets of this model. */
+    void (*picture)(const struct pbnds_task *task, const struct pbnds_task_view *view,
+                    const float *out, const float *view_out, float *rgb);
 };
 
 extern const struct pbnds_task_ops pbnds_task_transport;
 extern const struct pbnds_task_ops pbnds_task_pbnds_plus;
+
+/** By the model's name; NULL: no such model can be trained. */
+const struct pbnds_task_ops *pbnds_task_find(const char *model);
+/** "pbnds+, transport": for messages; the caller's buffer. */
+void pbnds_task_names(char *text, size_t size);
 
 /** Squared error of one pixel in display space, as struct pbnds_task_loss says. */
 double pbnds_task_display_error(const float *radiance, const float *reference);

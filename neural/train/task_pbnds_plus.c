@@ -34,7 +34,9 @@ static void light_input(const struct pbnds_task *task,
     pbnds_plus_draw_lights(envmap, view->key, task->lights, lights);
     const size_t stride = (size_t)view->window.width * (size_t)view->window.height *
                           (size_t)task->model->light_channels;
+    const float gain = exp2f(view->item->stops);
     for (int k = 0; k < count; ++k) {
+        lights[first + k].radiance = pbnds_scale(lights[first + k].radiance, gain);
         pbnds_features_light(&pbnds_features_pbnds_plus, &view->item->view, NULL,
                              &lights[first + k], view->window,
                              dst + (size_t)k * stride);
@@ -119,6 +121,19 @@ static struct pbnds_task_loss loss(const struct pbnds_task *task,
     return sum;
 }
 
+static void picture(const struct pbnds_task *task, const struct pbnds_task_view *view,
+                    const float *out, const float *view_out, float *rgb)
+{
+    (void)view_out;
+    const size_t stride = 3 * (size_t)view->window.width * (size_t)view->window.height;
+    for (size_t i = 0; i < stride; ++i) {
+        rgb[i] = 0.0f;
+        for (int k = 0; k < task->lights; ++k)
+            rgb[i] += out[(size_t)k * stride + i];
+        rgb[i] /= (float)task->lights;
+    }
+}
+
 const struct pbnds_task_ops pbnds_task_pbnds_plus = {
     .model = &pbnds_model_pbnds_plus,
     .batch = 1,
@@ -130,6 +145,7 @@ const struct pbnds_task_ops pbnds_task_pbnds_plus = {
     .view_input = view_input,
     .light_input = light_input,
     .loss = loss,
+    .picture = picture,
 };
 
 double pbnds_task_display_error(const float *radiance, const float *reference)

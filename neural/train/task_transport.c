@@ -176,6 +176,58 @@ static struct pbnds_task_loss loss(const struct pbnds_task *task,
     return sum;
 }
 
+/* The sum of transport.h at one pixel. */
+static struct pbnds_vec3 pixel_radiance(const struct pixel_job *job, size_t i,
+                                        size_t source)
+{
+    const struct pbnds_train_item *item = job->view->item;
+    const struct pbnds_transport_pixel pixel =
+        pbnds_transport_pixel(&item->view, source);
+    const float *gloss = item->specular + 3 * source;
+    struct pbnds_vec3 sum = pbnds_scale(pbnds_vec3_make(gloss[0], gloss[1], gloss[2]),
+                                        pbnds_transport_occlusion(job->view_out[i]));
+    for (int k = 0; k < job->task->lights; ++k) {
+        const float *o = job->out + ((size_t)k * job->stride + i) * PBNDS_OUT_COUNT;
+        const struct pbnds_vec3 s = {
+            pbnds_transport_indirect(o[PBNDS_OUT_INDIRECT]),
+            pbnds_transport_indirect(o[PBNDS_OUT_INDIRECT + 1]),
+            pbnds_transport_indirect(o[PBNDS_OUT_INDIRECT + 2])};
+        const struct pbnds_vec3 direct =
+            pbnds_scale(pbnds_transport_direct(&pixel, job->wi[k]),
+                        pbnds_transport_visibility(o[PBNDS_OUT_VISIBILITY]));
+        sum = pbnds_add(sum, pbnds_mul(item->lights[k].power,
+                                       pbnds_add(direct, pbnds_mul(pixel.b, s))));
+    }
+    return sum;
+}
+
+static void picture(const struct pbnds_task *task, const struct pbnds_task_view *view,
+                    const float *out, const float *view_out, float *rgb)
+{
+    const struct pbnds_window w = view->window;
+    const struct pbnds_view *planes = &view->item->view;
+    struct pixel_job job = {.task = task,
+                            .view = view,
+                            .stride = (size_t)w.width * (size_t)w.height,
+                            .out = out,
+                            .view_out = view_out};
+    for (int k = 0; k < task->lights; ++k) {
+        job.wi[k] =
+            pbnds_camera_from_world_vector(&planes->camera, view->item->lights[k].wi);
+    }
+    memset(rgb, 0, 3 * job.stride * sizeof *rgb);
+    for (size_t i = 0; i < job.stride; ++i) {
+        const size_t x = i % (size_t)w.width, y = i / (size_t)w.width;
+        const size_t source =
+            ((size_t)w.y + y) * (size_t)planes->width + (size_t)w.x + x;
+        if (!(planes->plane[PBNDS_PLANE_MASK][source] > 0.0f)) continue;
+        const struct pbnds_vec3 sum = pixel_radiance(&job, i, source);
+        rgb[3 * i] = sum.x;
+        rgb[3 * i + 1] = sum.y;
+        rgb[3 * i + 2] = sum.z;
+    }
+}
+
 const struct pbnds_task_ops pbnds_task_transport = {
     .model = &pbnds_model_transport,
     .transport = true,
@@ -186,4 +238,5 @@ const struct pbnds_task_ops pbnds_task_transport = {
     .view_input = view_input,
     .light_input = light_input,
     .loss = loss,
+    .picture = picture,
 };

@@ -1,55 +1,15 @@
 /* The whole training step of both models: its gradient against central differences, and
  * the loop over chunks of lights against all lights at once. */
-#include "tests/neural/fixture.h"
+#include "tests/neural/train/fixture_item.h"
 
 #include "neural/train/batch.h"
-#include "neural/transport.h"
-
-/* A sample made by hand: any numbers will do for a gradient. */
-static struct pbnds_train_item make_item(int size)
-{
-    struct pbnds_gbuffer g = fixture_walls(size, size);
-    struct pbnds_train_item item = {.loaded = true};
-    assert_int_equal(pbnds_view_create(&g, &item.view, NULL), PBNDS_OK);
-    pbnds_gbuffer_free(&g);
-    item.envmap = fixture_env(1.0f, 11);
-    item.light_count =
-        pbnds_envmap_cluster(item.envmap, PBNDS_DATASET_LIGHTS, item.lights);
-    const size_t count = (size_t)size * (size_t)size;
-    item.radiance = calloc(3 * count, sizeof(float));
-    item.direct = calloc(3 * count, sizeof(float));
-    item.specular = calloc(3 * count, sizeof(float));
-    item.visibility = calloc(count, sizeof(uint32_t));
-    item.march.thin = calloc(count, sizeof(uint32_t));
-    item.march.thick = calloc(count, sizeof(uint32_t));
-    struct pbnds_vec3 wi[PBNDS_DATASET_LIGHTS];
-    for (int k = 0; k < PBNDS_DATASET_LIGHTS; ++k)
-        wi[k] = item.lights[k].wi;
-    pbnds_view_march(&item.view, wi, PBNDS_DATASET_LIGHTS, &item.march);
-    struct pbnds_rng rng = pbnds_rng_make(3, 0, 0);
-    for (size_t i = 0; i < count; ++i) {
-        item.visibility[i] = (uint32_t)pbnds_rng_u64(&rng);
-        const struct pbnds_transport_pixel p = pbnds_transport_pixel(&item.view, i);
-        const struct pbnds_vec3 s =
-            pbnds_transport_specular(&p, &item.view, item.envmap);
-        item.specular[3 * i] = s.x;
-        item.specular[3 * i + 1] = s.y;
-        item.specular[3 * i + 2] = s.z;
-        for (size_t c = 0; c < 3;
-             ++c) { /* far from any prediction: no kink of the L1 */
-            item.direct[3 * i + c] = i % 2 ? 40.0f : 0.0f;
-            item.radiance[3 * i + c] = i % 2 ? 90.0f : 0.5f;
-        }
-    }
-    return item;
-}
 
 struct setup {
     struct pbnds_backend *backend;
     struct pbnds_net *net;
     struct pbnds_train_item item;
     struct pbnds_batch batch;
-    struct pbnds_task_view views[2];
+    struct pbnds_task_view views[4];
 };
 
 static void start(struct setup *s, const struct pbnds_task_ops *ops, int lights,
@@ -61,15 +21,18 @@ static void start(struct setup *s, const struct pbnds_task_ops *ops, int lights,
         pbnds_net_create(&ops->model->table, s->backend, PBNDS_F32, &s->net, NULL),
         PBNDS_OK);
     pbnds_net_init(s->net, 5);
-    s->item = make_item(24);
+    s->item = fixture_item(24);
     const struct pbnds_task task = {
         .model = ops->model, .lights = lights, .p_dark = 0.0, .lambda_zero = 1.0};
     assert_int_equal(
         pbnds_batch_init(&s->batch, ops, &task, s->net, views, 16, chunk, NULL),
         PBNDS_OK);
-    for (int v = 0; v < 2; ++v) {
-        s->views[v] = (struct pbnds_task_view){
-            .item = &s->item, .window = {4 * v, 3, 16, 16}, .key = 77u, .train = true};
+    for (int v = 0; v < 4; ++v) {
+        s->views[v] =
+            (struct pbnds_task_view){.item = &s->item,
+                                     .window = {4 * (v % 2), 3 + v / 2, 16, 16},
+                                     .key = 77u,
+                                     .train = true};
     }
 }
 
@@ -168,6 +131,77 @@ static void chunks_give_the_same_gradient(void **state)
     }
 }
 
+/* Four views at once, by twos and one by one: the same loss and the same gradient, to
+ * rounding, dropout masks and all. */
+static void parts_of_a_step_add_up(void **state)
+{
+    (void)state;
+    static const struct pbnds_task_ops *const OPS[] = {&pbnds_task_transport,
+                                                       &pbnds_task_pbnds_plus};
+    for (size_t m = 0; m < 2; ++m) {
+        const int lights = m == 0 ? PBNDS_DATASET_LIGHTS : 3;
+        float *whole = NULL;
+        double total = 0.0;
+        for (int views = 4; views >= 1; views /= 2) {
+            struct setup s;
+            start(&s, OPS[m], lights, views, 0);
+            pbnds_net_zero_grads(s.net);
+            s.batch.step_views = 4;
+            double sum = 0.0;
+            for (int first = 0; first < 4; first += views) {
+                struct pbnds_task_loss loss;
+                s.batch.first_view = first;
+                assert_int_equal(
+                    pbnds_batch_run(&s.batch, s.views + first, true, 9, &loss, NULL),
+                    PBNDS_OK);
+                sum += loss.total;
+                assert_int_equal(s.batch.mse_count, views);
+            }
+            const size_t count = pbnds_net_param_count(s.net);
+            const float *grads = pbnds_net_grads(s.net);
+            if (!whole) {
+                whole = malloc(count * sizeof *whole);
+                memcpy(whole, grads, count * sizeof *whole);
+                total = sum;
+            }
+            assert_near(sum, total, 1e-6 * total);
+            double norm = 0.0, apart = 0.0;
+            for (size_t i = 0; i < count; ++i) {
+                norm += (double)(whole[i] * whole[i]);
+                apart += pow((double)(grads[i] - whole[i]), 2.0);
+            }
+            assert_true(norm > 0.0);
+            assert_true(sqrt(apart / norm) < 1e-5);
+            stop(&s);
+        }
+        free(whole);
+    }
+}
+
+/* Twice the light: pbnds+, which looks it up in the map, sees it too. */
+static void exposure_reaches_the_network(void **state)
+{
+    (void)state;
+    struct setup s;
+    start(&s, &pbnds_task_pbnds_plus, 3, 1, 0);
+    const int channels = s.batch.task.model->light_channels;
+    float *plain = malloc(16u * 16u * (size_t)channels * sizeof *plain);
+    float *bright = malloc(16u * 16u * (size_t)channels * sizeof *bright);
+    s.batch.ops->light_input(&s.batch.task, &s.views[0], 0, 1, plain);
+    s.item.stops = 1.0f;
+    s.batch.ops->light_input(&s.batch.task, &s.views[0], 0, 1, bright);
+    int lit = 0;
+    for (int i = 0; i < 16 * 16; ++i) { /* the identity of log1p(L n.l) comes first */
+        const double a = expm1((double)plain[i * channels]);
+        assert_near(expm1((double)bright[i * channels]), 2.0 * a, 1e-5 * (1.0 + a));
+        lit += a > 0.1;
+    }
+    assert_true(lit > 20);
+    free(plain);
+    free(bright);
+    stop(&s);
+}
+
 /* With p_dark = 1 every sample is dark: the loss is lambda times the mean square. */
 static void dark_samples_pay_for_light(void **state)
 {
@@ -209,6 +243,8 @@ int main(void)
         cmocka_unit_test(transport_gradient_is_right),
         cmocka_unit_test(pbnds_plus_gradient_is_right),
         cmocka_unit_test(chunks_give_the_same_gradient),
+        cmocka_unit_test(parts_of_a_step_add_up),
+        cmocka_unit_test(exposure_reaches_the_network),
         cmocka_unit_test(dark_samples_pay_for_light),
     };
     return cmocka_run_group_tests_name("neural/train/batch", tests, NULL, NULL);
