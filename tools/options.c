@@ -243,6 +243,9 @@ static void set_defaults(struct tool_options *options, int argc, char **argv)
         .split = -1,
         .p_dark = -1.0,
         .lambda_zero = -1.0,
+        .ema = 0.999,
+        .augment = 1,
+        .sheet_every = 1000,
         .tonemap = PBNDS_TONEMAP_PBR_NEUTRAL,
     };
     size_t used =

@@ -88,8 +88,11 @@ struct tool_options {
     bool dry_run, retry;
 
     const char *model, *init;
-    int steps, batch, crop;
+    int steps, batch, crop, accumulate;
     double lr, minutes, p_dark, lambda_zero; /**< p_dark, lambda_zero: -1 not given */
+    double weight_decay, ema;
+    int augment; /**< 0 or 1 */
+    int checkpoint_every, sheet_every;
     bool resume;
     bool onnx;
 

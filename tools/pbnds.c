@@ -108,7 +108,7 @@ static enum pbnds_status run(int argc, char **argv, struct pbnds_error *error)
     }
     tool_console_quiet(options.quiet);
     pbnds_set_threads(options.threads);
-    const bool shared = command->mask & TOOL_DATASET;
+    const bool shared = command->mask & (TOOL_DATASET | TOOL_TRAIN);
     if (shared) PBNDS_TRY(pbnds_ranks_init(error));
     const enum pbnds_status status = command->run(&options, error);
     if (shared) pbnds_ranks_finish();

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Several processes make one data set: by mpirun, and as the tasks of a Slurm array.
+# Several processes make one data set, by mpirun and as the tasks of a Slurm array; and train
+# one network.
 . "$(dirname "$0")/lib.sh"
 
 cat >recipe.json <<'JSON'
@@ -27,6 +28,34 @@ if command -v mpirun >/dev/null && ldd "$PBNDS" | grep -q libmpi; then
         check diff -r whole "mpi$ranks"
         check [ "$(wc -l <stdout)" -eq 1 ]
     done
+    # Training: so many processes make the step of one that takes as many views at once, and
+    # twice the same processes the same bytes. They stop together, and go on.
+    cat >train.json <<'JSON'
+{"scenes": ["scenes"], "envs": ["envs"], "count": {"train": 6, "val": 3}, "size": [16, 16],
+ "spp": 2, "seed": 4}
+JSON
+    run 0 "$PBNDS" dataset --recipe train.json -o set
+    how="--crop 16 --precision fp32 --threads 1 --quiet --seed 7 --lr 0.002 --ema 0"
+    train="$PBNDS train set --model transport $how"
+    run 0 $train -o start.safetensors --steps 1 --lr 0.000000001
+    run 0 $train -o one.safetensors --steps 3 --batch 4
+    run 0 mpirun -q -n 2 $train -o two.safetensors --steps 3 --batch 2
+    check [ "$(wc -l <stdout)" -eq 1 ]
+    check python3 "$HERE/same_training.py" start one two
+    run 0 mpirun -q -n 2 $train -o parts.safetensors --steps 3 --batch 1 --accumulate 2
+    check python3 "$HERE/same_training.py" start one parts
+    run 0 mpirun -q -n 4 $train -o four.safetensors --steps 3 --batch 1
+    check python3 "$HERE/same_training.py" start one four
+    run 0 mpirun -q -n 2 $train -o again.safetensors --steps 3 --batch 2 --minutes 0.01
+    if [ -e again.safetensors.checkpoint ]; then
+        refuse 2 "other options" $train -o again.safetensors --steps 3 --batch 2 --resume
+        export LAUNCH="mpirun -q -n 2" DATA=set OUT=again.safetensors
+        ARGS="$how --steps 3 --batch 2" run 0 "$SOURCE/tools/slurm/train.sh"
+    fi
+    check cmp two.safetensors again.safetensors
+    check [ ! -e again.safetensors.checkpoint ]
+    run 1 timeout 60 mpirun -q -n 2 $train -o no/folder/w.safetensors --steps 3
+
     # A part that fails is told, and no process waits for ever.
     touch file
     run 1 timeout 60 mpirun -q -n 2 "$PBNDS" dataset --recipe recipe.json -o file/inside
