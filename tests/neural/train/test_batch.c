@@ -185,13 +185,14 @@ static void exposure_reaches_the_network(void **state)
     struct setup s;
     start(&s, &pbnds_task_pbnds_plus, 3, 1, 0);
     const int channels = s.batch.task.model->light_channels;
-    float *plain = malloc(16u * 16u * (size_t)channels * sizeof *plain);
-    float *bright = malloc(16u * 16u * (size_t)channels * sizeof *bright);
-    s.batch.ops->light_input(&s.batch.task, &s.views[0], 0, 1, plain);
+    float *plain = malloc(3u * 16u * 16u * (size_t)channels * sizeof *plain);
+    float *bright = malloc(3u * 16u * 16u * (size_t)channels * sizeof *bright);
+    s.batch.ops->light_input(&s.batch.task, &s.views[0], 0, 3, plain);
     s.item.stops = 1.0f;
-    s.batch.ops->light_input(&s.batch.task, &s.views[0], 0, 1, bright);
+    s.batch.ops->light_input(&s.batch.task, &s.views[0], 0, 3, bright);
     int lit = 0;
-    for (int i = 0; i < 16 * 16; ++i) { /* the identity of log1p(L n.l) comes first */
+    for (int i = 0; i < 3 * 16 * 16;
+         ++i) { /* the identity of log1p(L n.l) comes first */
         const double a = expm1((double)plain[i * channels]);
         assert_near(expm1((double)bright[i * channels]), 2.0 * a, 1e-5 * (1.0 + a));
         lit += a > 0.1;
