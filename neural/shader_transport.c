@@ -12,18 +12,6 @@ struct sum {
     const struct pbnds_transport_tile *tile; /* at hand */
 };
 
-static struct pbnds_vec3 outgoing(const struct pbnds_transport_pixel *pixel,
-                                  struct pbnds_vec3 wi, const float *out)
-{
-    const struct pbnds_vec3 s = {pbnds_transport_indirect(out[PBNDS_OUT_INDIRECT]),
-                                 pbnds_transport_indirect(out[PBNDS_OUT_INDIRECT + 1]),
-                                 pbnds_transport_indirect(out[PBNDS_OUT_INDIRECT + 2])};
-    const struct pbnds_vec3 direct =
-        pbnds_scale(pbnds_transport_direct(pixel, wi),
-                    pbnds_transport_visibility(out[PBNDS_OUT_VISIBILITY]));
-    return pbnds_add(direct, pbnds_mul(pixel->b, s));
-}
-
 /* Light after light onto the picture, so that chunks do not show in its bits. */
 static void sum_row(void *context, size_t row, int thread)
 {
@@ -46,8 +34,9 @@ static void sum_row(void *context, size_t row, int thread)
         struct pbnds_vec3 total = {r[0], r[1], r[2]};
         for (int k = 0; k < t->count; ++k) {
             const float *out = t->lights + ((size_t)k * stride + i) * PBNDS_OUT_COUNT;
-            total = pbnds_add(total, pbnds_mul(sum->lights[t->first + k].power,
-                                               outgoing(pixel, wi[k], out)));
+            total = pbnds_add(total,
+                              pbnds_mul(sum->lights[t->first + k].power,
+                                        pbnds_transport_outgoing(pixel, wi[k], out)));
         }
         r[0] = total.x;
         r[1] = total.y;

@@ -66,6 +66,19 @@ struct pbnds_vec3 pbnds_transport_direct(const struct pbnds_transport_pixel *pix
     return pbnds_scale(pbnds_lerp(diffuse, all, pixel->cluster_weight), cosine);
 }
 
+struct pbnds_vec3 pbnds_transport_outgoing(const struct pbnds_transport_pixel *pixel,
+                                           struct pbnds_vec3 wi,
+                                           const float out[PBNDS_OUT_COUNT])
+{
+    const struct pbnds_vec3 s = {pbnds_transport_indirect(out[PBNDS_OUT_INDIRECT]),
+                                 pbnds_transport_indirect(out[PBNDS_OUT_INDIRECT + 1]),
+                                 pbnds_transport_indirect(out[PBNDS_OUT_INDIRECT + 2])};
+    const struct pbnds_vec3 direct =
+        pbnds_scale(pbnds_transport_direct(pixel, wi),
+                    pbnds_transport_visibility(out[PBNDS_OUT_VISIBILITY]));
+    return pbnds_add(direct, pbnds_mul(pixel->b, s));
+}
+
 static struct pbnds_vec3 camera_to_world(const struct pbnds_camera *camera,
                                          struct pbnds_vec3 v)
 {
@@ -83,28 +96,43 @@ static float radical_inverse(unsigned j)
     return (float)(j >> 8) * 0x1p-24f;
 }
 
+int pbnds_transport_looks(const struct pbnds_transport_pixel *pixel,
+                          const struct pbnds_camera *camera, int count,
+                          struct pbnds_transport_look *looks)
+{
+    if (!pixel->covered || pixel->cluster_weight >= 1.0f) return 0;
+    const struct pbnds_vec3 wo = pbnds_to_local(&pixel->bsdf.frame, pixel->wo);
+    if (wo.z <= 0.0f) return 0;
+    int n = 0;
+    for (int j = 0; j < count; ++j) {
+        struct pbnds_brdf_sample s;
+        const float u1 = ((float)j + 0.5f) / (float)count;
+        if (!pbnds_ggx_sample(&pixel->bsdf.ggx, wo, u1, radical_inverse((unsigned)j),
+                              &s) ||
+            !(s.pdf > 0.0f)) {
+            continue;
+        }
+        looks[n++] = (struct pbnds_transport_look){
+            .wi = camera_to_world(camera, pbnds_to_world(&pixel->bsdf.frame, s.wi)),
+            .solid_angle = fminf(1.0f / ((float)count * s.pdf), 4.0f * PBNDS_PI),
+            .f = s.f,
+            .factor = s.wi.z / s.pdf};
+    }
+    return n;
+}
+
 struct pbnds_vec3 pbnds_transport_specular(const struct pbnds_transport_pixel *pixel,
                                            const struct pbnds_view *view,
                                            const struct pbnds_envmap *envmap)
 {
+    struct pbnds_transport_look looks[SPECULAR_SAMPLES];
+    const int n = pbnds_transport_looks(pixel, &view->camera, SPECULAR_SAMPLES, looks);
     struct pbnds_vec3 sum = pbnds_splat(0.0f);
-    if (!pixel->covered || pixel->cluster_weight >= 1.0f) return sum;
-    const struct pbnds_vec3 wo = pbnds_to_local(&pixel->bsdf.frame, pixel->wo);
-    if (wo.z <= 0.0f) return sum;
-    for (unsigned j = 0; j < SPECULAR_SAMPLES; ++j) {
-        struct pbnds_brdf_sample s;
-        const float u1 = ((float)j + 0.5f) / SPECULAR_SAMPLES;
-        if (!pbnds_ggx_sample(&pixel->bsdf.ggx, wo, u1, radical_inverse(j), &s) ||
-            !(s.pdf > 0.0f)) {
-            continue;
-        }
-        const struct pbnds_vec3 wi =
-            camera_to_world(&view->camera, pbnds_to_world(&pixel->bsdf.frame, s.wi));
-        const float solid_angle =
-            fminf(1.0f / (SPECULAR_SAMPLES * s.pdf), 4.0f * PBNDS_PI);
+    for (int j = 0; j < n; ++j) {
         const struct pbnds_vec3 radiance =
-            pbnds_envmap_eval_cone(envmap, wi, solid_angle);
-        sum = pbnds_add(sum, pbnds_scale(pbnds_mul(s.f, radiance), s.wi.z / s.pdf));
+            pbnds_envmap_eval_cone(envmap, looks[j].wi, looks[j].solid_angle);
+        sum = pbnds_add(sum,
+                        pbnds_scale(pbnds_mul(looks[j].f, radiance), looks[j].factor));
     }
     return pbnds_scale(sum, (1.0f - pixel->cluster_weight) / SPECULAR_SAMPLES);
 }

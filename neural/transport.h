@@ -49,6 +49,22 @@ struct pbnds_transport_pixel pbnds_transport_pixel(const struct pbnds_view *view
 /** A_i for unit irradiance; wi in camera space. */
 struct pbnds_vec3 pbnds_transport_direct(const struct pbnds_transport_pixel *pixel,
                                          struct pbnds_vec3 wi);
+/** A V + B S, for unit irradiance, from the network's output for that light. */
+struct pbnds_vec3 pbnds_transport_outgoing(const struct pbnds_transport_pixel *pixel,
+                                           struct pbnds_vec3 wi,
+                                           const float out[PBNDS_OUT_COUNT]);
+/** One look at the light map from a pixel: f L factor, L the map's mean over the cone. */
+struct pbnds_transport_look {
+    struct pbnds_vec3 wi; /**< unit, world */
+    float solid_angle;
+    struct pbnds_vec3 f;
+    float factor;
+};
+/** The looks whose sum times (1 - w) / count is G; none where the pixel has no narrow
+ *  lobe. @return how many of `count` were written: some samples carry nothing */
+int pbnds_transport_looks(const struct pbnds_transport_pixel *pixel,
+                          const struct pbnds_camera *camera, int count,
+                          struct pbnds_transport_look *looks);
 /** G. */
 struct pbnds_vec3 pbnds_transport_specular(const struct pbnds_transport_pixel *pixel,
                                            const struct pbnds_view *view,

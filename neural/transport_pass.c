@@ -34,7 +34,8 @@ static size_t input_channels(const struct pbnds_model *model, int lights)
 
 static size_t tile_bytes(const void *context, int width, int height, int lights)
 {
-    const struct pbnds_shader_neural *s = context;
+    const struct pbnds_transport_pass *p = context;
+    const struct pbnds_shader_neural *s = p->shader;
     const struct pbnds_pass pass = {
         .batch = 1, .lights = lights, .h = height, .w = width};
     const size_t net = pbnds_net_bytes(s->net, &pass);
@@ -51,7 +52,7 @@ static enum pbnds_status prepare(struct run *r, struct pbnds_error *error)
     const struct pbnds_transport_pass *p = r->pass;
     const struct pbnds_gbuffer *g = p->job->gbuffer;
     r->tiling = pbnds_tiling_plan(p->shader->net, g->width, g->height, p->count,
-                                  p->job->max_memory, tile_bytes, p->shader);
+                                  p->job->max_memory, tile_bytes, p);
     r->median_depth = pbnds_view_median_depth(g);
     const size_t pixels = window_pixels(r), chunk = (size_t)r->tiling.chunk;
     r->input = malloc(pixels * input_channels(p->shader->model, r->tiling.chunk) *

@@ -26,6 +26,7 @@ struct pbnds_transport_pass {
     const struct pbnds_shade_job *job; /**< its G-buffer, memory and report are used */
     const struct pbnds_vec3 *wi;       /**< unit, world */
     int count;                         /**< 0: the network is not run */
+    size_t bytes_a_pixel;              /**< of a window, that the caller takes itself */
     void *context;
     enum pbnds_status (*lights)(void *context, const struct pbnds_transport_tile *tile,
                                 struct pbnds_error *error);

@@ -60,7 +60,8 @@ struct tool_options {
     bool no_scene_lights;
 
     const char *shader, *shaders, *against;
-    int size[2]; /**< 0, 0: not given */
+    const char *cache; /**< NULL: not given */
+    int size[2];       /**< 0, 0: not given */
     int spp, reference_spp, lights;
     double noise;     /**< 0: not given */
     int aov_samples;  /**< 0: not given, one ray through each pixel centre */

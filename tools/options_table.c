@@ -87,6 +87,10 @@ const struct tool_row tool_rows[] = {
     {"precision", KIND_CHOICE, AT(precision), 0, 0, LIT | TOOL_TRAIN, GROUP_SHADE,
      "fp32|bf16|auto", "of the networks; auto: bf16 where this machine is faster at it",
      "auto|fp32|bf16"},
+    {"cache", KIND_STRING, AT(cache), 0, 0, TOOL_SHADE, GROUP_SHADE, "FILE",
+     "transport: keep the view's light transport for --lights directions (default 64) "
+     "in FILE, made on first use; another light map then costs a sum",
+     NULL},
     {"background", KIND_CHOICE, AT(background), 0, 0,
      TOOL_RENDER | TOOL_SHADE | TOOL_COMPARE, GROUP_SHADE, "env|none",
      "what is seen beside the scene (default: the light map)", "none|env"},

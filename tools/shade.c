@@ -23,6 +23,14 @@ const struct tool_command tool_shade = {
         "there "
         "are\nno rays: no ray-traced shadows, and no reference.\n\n"
         "  pbnds gbuffer scene.glb -o g.exr\n"
-        "  pbnds shade g.exr -o out.png --env sunset.hdr --env-yaw 90 --shader neural",
+        "  pbnds shade g.exr -o out.png --env sunset.hdr --env-yaw 90 --shader "
+        "neural\n\n"
+        "--cache FILE keeps what the view does with light from a set of fixed "
+        "directions; once\n"
+        "made, any light map costs a weighted sum. A cache of another G-buffer, other "
+        "weights\n"
+        "or another precision is refused.\n\n"
+        "  pbnds shade g.exr -o a.png --cache view.cache --env sunset.hdr\n"
+        "  pbnds shade g.exr -o b.png --cache view.cache --env noon.hdr",
     .run = run,
 };

@@ -1,7 +1,9 @@
 #include "tools/shading.h"
 
 #include <stdio.h>
+#include <unistd.h>
 
+#include "neural/light_cache.h"
 #include "tools/console.h"
 #include "tools/output.h"
 
@@ -22,6 +24,7 @@ struct result {
     struct pbnds_image radiance, alpha, variance;
     int taken; /* samples a pixel; 0: the shader does not say */
     double seconds;
+    size_t cached; /* bytes of the light cache; 0: none */
 };
 
 static enum pbnds_status write_outputs(const struct tool_options *options,
@@ -37,6 +40,54 @@ static enum pbnds_status write_outputs(const struct tool_options *options,
                               &result->alpha, &result->variance, &display, error);
 }
 
+/* From the file, or made and written to it. */
+static enum pbnds_status open_cache(const struct tool_options *options,
+                                    const struct pbnds_shader *shader,
+                                    const struct pbnds_shade_job *job,
+                                    struct pbnds_light_cache *cache,
+                                    struct pbnds_error *error)
+{
+    const char *path = options->cache;
+    if (access(path, F_OK) != 0) {
+        PBNDS_TRY(tool_output_check(path, error));
+        PBNDS_TRY(pbnds_light_cache_make(
+            shader, job, options->lights > 0 ? options->lights : PBNDS_CACHE_DIRECTIONS,
+            cache, error));
+        const enum pbnds_status status = pbnds_light_cache_write(path, cache, error);
+        if (status != PBNDS_OK) pbnds_light_cache_free(cache);
+        return status;
+    }
+    PBNDS_TRY(pbnds_light_cache_read(path, cache, error));
+    enum pbnds_status status =
+        pbnds_light_cache_check(path, cache, shader, job->gbuffer, error);
+    if (status == PBNDS_OK && options->lights > 0 &&
+        options->lights != cache->directions) {
+        status =
+            pbnds_fail(error, PBNDS_ERROR_ARGUMENT,
+                       "%s: holds %d directions, not the %d of --lights; leave that "
+                       "out, or name another file",
+                       path, cache->directions, options->lights);
+    }
+    if (status != PBNDS_OK) pbnds_light_cache_free(cache);
+    return status;
+}
+
+static enum pbnds_status relight(const struct tool_options *options,
+                                 const struct pbnds_shader *shader,
+                                 const struct pbnds_shade_job *job,
+                                 struct result *result, struct pbnds_error *error)
+{
+    struct pbnds_light_cache cache;
+    PBNDS_TRY(open_cache(options, shader, job, &cache, error));
+    const double start = tool_seconds();
+    const enum pbnds_status status =
+        pbnds_light_cache_shade(&cache, job, &result->radiance, error);
+    result->seconds = tool_seconds() - start;
+    result->cached = cache.size;
+    pbnds_light_cache_free(&cache);
+    return status;
+}
+
 static enum pbnds_status shade(const struct tool_options *options,
                                const struct tool_world *world,
                                const struct pbnds_shader *shader, struct result *result,
@@ -46,6 +97,10 @@ static enum pbnds_status shade(const struct tool_options *options,
     job.alpha = &result->alpha;
     job.taken = &result->taken;
     if (tool_has_extension(options->output, ".exr")) job.variance = &result->variance;
+    if (options->cache) {
+        PBNDS_TRY(relight(options, shader, &job, result, error));
+        return tool_check_stop(error);
+    }
     const double start = tool_seconds();
     PBNDS_TRY(pbnds_shade(shader, &job, &result->radiance, error));
     result->seconds = tool_seconds() - start;
@@ -62,8 +117,10 @@ static void say(const struct tool_options *options, const char *shader,
                          "seconds", result->seconds, "spp", (double)result->taken);
         return;
     }
-    (void)printf("%s: %dx%d, %s, shaded in %.2f s", options->output, picture->width,
-                 picture->height, shader, result->seconds);
+    (void)printf("%s: %dx%d, %s, shaded in %.*f s", options->output, picture->width,
+                 picture->height, shader, result->cached > 0 ? 3 : 2, result->seconds);
+    if (result->cached > 0)
+        (void)printf(" from %.1f MB of cache", (double)result->cached * 1e-6);
     if (result->taken > 0) (void)printf(", %d samples a pixel", result->taken);
     (void)printf("\n");
 }

@@ -63,6 +63,15 @@ struct pbnds_vec3 pbnds_envmap_eval(const struct pbnds_envmap *envmap, struct pb
  *  for fixed w and solid_angle, L1 + L2 gives the sum. */
 struct pbnds_vec3 pbnds_envmap_eval_cone(const struct pbnds_envmap *envmap,
                                          struct pbnds_vec3 w, float solid_angle);
+/** eval_cone in two steps, for cones that are looked up in many maps. */
+struct pbnds_env_place {
+    float turn;       /**< atan2(z, x) / 2 pi, [-0.5, 0.5] */
+    float v;          /**< acos(y) / pi, [0, 1] */
+    float log2_texel; /**< of the texels, sr, whose bilinear lookup blurs like the cone */
+};
+struct pbnds_env_place pbnds_envmap_place(struct pbnds_vec3 w, float solid_angle);
+struct pbnds_vec3 pbnds_envmap_eval_place(const struct pbnds_envmap *envmap,
+                                          struct pbnds_env_place place);
 /** Density of pbnds_envmap_sample() at w, 1/sr (luminance times sin theta, texel-wise). */
 float pbnds_envmap_pdf(const struct pbnds_envmap *envmap, struct pbnds_vec3 w);
 struct pbnds_env_sample pbnds_envmap_sample(const struct pbnds_envmap *envmap, float u1,

@@ -130,24 +130,47 @@ static float log2_texel_for(float solid_angle)
     return log2f(cone / (PBNDS_PI - (PBNDS_PI - 1.0f) * cone / whole));
 }
 
-struct pbnds_vec3 pbnds_envmap_eval_cone(const struct pbnds_envmap *envmap,
-                                         struct pbnds_vec3 w, float solid_angle)
+/* Trilinear, between the levels whose texels are next in size. */
+static struct pbnds_vec3 lookup_between(const struct pbnds_envmap *envmap, float u,
+                                        float v, float size)
 {
     const struct pbnds_envmap_level *levels = envmap->levels;
     const int last = envmap->level_count - 1;
-    const float size = log2_texel_for(solid_angle);
-    double u, v;
-    pbnds_envmap_uv(envmap, w, &u, &v);
-    if (isnan(u) || isnan(v)) u = v = 0.0;
-    const float fu = (float)u, fv = (float)v;
     int i = 0;
     while (i < last && levels[i + 1].log2_solid_angle <= size)
         ++i;
-    const struct pbnds_vec3 fine = lookup(&levels[i], fu, fv);
+    const struct pbnds_vec3 fine = lookup(&levels[i], u, v);
     if (i == last || size <= levels[i].log2_solid_angle) return fine;
     const float t = (size - levels[i].log2_solid_angle) /
                     (levels[i + 1].log2_solid_angle - levels[i].log2_solid_angle);
-    return pbnds_lerp(fine, lookup(&levels[i + 1], fu, fv), t);
+    return pbnds_lerp(fine, lookup(&levels[i + 1], u, v), t);
+}
+
+struct pbnds_vec3 pbnds_envmap_eval_cone(const struct pbnds_envmap *envmap,
+                                         struct pbnds_vec3 w, float solid_angle)
+{
+    double u, v;
+    pbnds_envmap_uv(envmap, w, &u, &v);
+    if (isnan(u) || isnan(v)) u = v = 0.0;
+    return lookup_between(envmap, (float)u, (float)v, log2_texel_for(solid_angle));
+}
+
+struct pbnds_env_place pbnds_envmap_place(struct pbnds_vec3 w, float solid_angle)
+{
+    static const struct pbnds_envmap unturned = {.u_offset = 0.5};
+    double u, v;
+    pbnds_envmap_uv(&unturned, w, &u, &v);
+    if (isnan(u) || isnan(v)) u = v = 0.0;
+    return (struct pbnds_env_place){(float)(u - 0.5), (float)v,
+                                    log2_texel_for(solid_angle)};
+}
+
+struct pbnds_vec3 pbnds_envmap_eval_place(const struct pbnds_envmap *envmap,
+                                          struct pbnds_env_place place)
+{
+    const double turned = (double)place.turn + envmap->u_offset;
+    const double u = turned - floor(turned);
+    return lookup_between(envmap, (float)u, place.v, place.log2_texel);
 }
 
 enum pbnds_status pbnds_envmap_bake(const struct pbnds_envmap *envmap, int width,

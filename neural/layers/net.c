@@ -205,3 +205,8 @@ struct pbnds_row_facts pbnds_net_row_facts(const struct pbnds_net *net, int row)
     const struct pbnds_row *r = &net->rows[row];
     return (struct pbnds_row_facts){r->channels, r->level, r->light, r->used};
 }
+
+enum pbnds_dtype pbnds_net_dtype(const struct pbnds_net *net)
+{
+    return net->dtype;
+}

@@ -89,6 +89,7 @@ void pbnds_net_init(struct pbnds_net *net, uint64_t seed);
 void pbnds_net_macs(const struct pbnds_net *net, int h, int w, double *per_view,
                     double *per_light);
 int pbnds_net_deepest_level(const struct pbnds_net *net);
+enum pbnds_dtype pbnds_net_dtype(const struct pbnds_net *net);
 /** Pixels on each side of a rectangle that the outputs inside it depend on, where the
  *  rectangle's corners are multiples of 1 << (deepest level); itself such a multiple. A
  *  pass over the rectangle with so much around it gives the same values inside as a pass

@@ -170,7 +170,7 @@ static void transport_scales_with_the_light(void **state)
 static void tiles_and_chunks_do_not_matter(void **state)
 {
     (void)state;
-    struct pbnds_gbuffer g = fixture_walls(201, 113);
+    struct pbnds_gbuffer g = fixture_walls(197, 106);
     struct pbnds_envmap *env = fixture_env(1.0f, 9);
     static const char *const MODELS[] = {"transport", "pbnds+"};
     static const size_t MEMORY[] = {1, (size_t)32 << 20};
