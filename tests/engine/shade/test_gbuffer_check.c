@@ -220,6 +220,7 @@ static void positions_lie_in_their_pixels(void **state)
         pbnds_gbuffer_check(&exr, PATH, &found);
         if (samples == 1) {
             assert_near(only("position", "position")->value, 0.3, 0.02);
+            assert_true(only("position", "position")->fault);
         } else {
             for (size_t i = 0; i < N; ++i) {
                 for (int c = 0; c < 3 && coverage[i] == 1.0f; ++c)
